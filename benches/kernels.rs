@@ -99,11 +99,11 @@ fn time_robot(scene: &Scene) -> Vec<Kernel> {
         at.q[..robot.joints_len]
             .iter_mut()
             .for_each(|position| *position += 1e-3 * (call % 2) as f64);
-        black_box(&mut state).update(&robot, &at);
+        black_box(&mut state).update(robot, &at);
         0
     });
     let legs = time("kinematic state, only the legs moved", |_| {
-        black_box(&mut state).update(&robot, black_box(standing));
+        black_box(&mut state).update(robot, black_box(standing));
         0
     });
     let leg = time_leg("leg inverse kinematics", &scene.model);
@@ -189,7 +189,7 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
             is_free: &is_free,
         };
         found = 0;
-        propose(&surfaces, scratch, &query, &mut |_| {
+        propose(surfaces, scratch, &query, &mut |_| {
             found += 1;
             true
         });

@@ -3,6 +3,8 @@
 //! `surefoot plan SCENARIO --export plan.json`, then
 //! `cargo run --release --example check_plan plan.json`
 
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
 use surefoot::Checker;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

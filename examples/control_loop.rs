@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release --example control_loop`
 
+#![allow(clippy::print_stdout, clippy::disallowed_methods, reason = "a loop prints and waits")]
+
 use std::time::{Duration, Instant};
 
 use surefoot::{Goal, Parameters, Planner, Pose, Prepared, Robot, Shape, Stance, Step, World};

@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release --example own_robot [robot.toml]`
 
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
 use std::path::{Path, PathBuf};
 
 use surefoot::{Goal, Parameters, Planner, Pose, Prepared, Robot, Shape, Stance, World};

@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release --example replan`
 
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
 use surefoot::{
     Checker, Event, Goal, Parameters, Planner, Pose, Prepared, Robot, Shape, Stance, World,
     WorldBuilder, WorldCorrection,

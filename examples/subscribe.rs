@@ -2,6 +2,8 @@
 //!
 //! `surefoot walk SCENARIO --rate 1 & cargo run --release --example subscribe walk-$!`
 
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
 use std::time::Duration;
 
 use surefoot::{Message, Subscriber};

@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release --example twenty_lines`
 
+#![allow(clippy::print_stdout, reason = "an example prints")]
+
 use surefoot::{Goal, Parameters, Planner, Pose, Prepared, Robot, Shape, Stance, World};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -2,6 +2,8 @@
 //!
 //! `cargo run --release --example world_from_memory`
 
+#![allow(clippy::print_stdout, clippy::disallowed_methods, reason = "a terrain needs a sine")]
+
 use std::f64::consts::FRAC_PI_2;
 
 use surefoot::{Goal, Parameters, Planner, Pose, Prepared, Robot, Shape, Stance, World};

@@ -33,7 +33,7 @@ fn friction_angle() -> f64 {
 
 fn nests(surfaces: &Surfaces, query: &PlacementQuery) -> Vec<SupportedSole> {
     let mut found = Vec::new();
-    propose_nests(&surfaces, &mut Scratch::new(surfaces.config()), query, &mut |placement| {
+    propose_nests(surfaces, &mut Scratch::new(surfaces.config()), query, &mut |placement| {
         found.push(placement);
         true
     });

@@ -27,7 +27,7 @@ fn rate(surfaces: &Surfaces, region: [[f64; 3]; 2], limits: SampleLimits, reach_
         let [x, y, z] = [0, 1, 2].map(|axis| random.uniform(region[0][axis], region[1][axis]));
         let ideal = turned(x, y, z, random.uniform(-3.1, 3.1));
         let query = PlacementQuery { limits, object, reach_xy, ..query(&polygon, ideal) };
-        propose(&surfaces, &mut scratch, &query, &mut |_| false).stopped
+        propose(surfaces, &mut scratch, &query, &mut |_| false).stopped
     };
     (0..queries).map(succeeds).filter(|&found| found).count() as f64 / queries as f64
 }

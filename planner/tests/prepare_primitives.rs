@@ -201,7 +201,7 @@ fn primitives_hold_at(
             constraints
                 .check(
                     &mode,
-                    &KinematicState::new(&robot, &here.configuration),
+                    &KinematicState::new(robot, &here.configuration),
                     [FootPhase::Stance; 2]
                 )
                 .is_ok(),
@@ -386,10 +386,10 @@ fn first_denial(case: &Case, preparation: &Preparation) -> Option<String> {
             let world_from_root = waypoint.world_from_root();
             let label = necessary(preparation, robot, collision, &world_from_root);
             let kinematic_state =
-                KinematicState::new(&robot, &Configuration { world_from_root, q: waypoint.q });
+                KinematicState::new(robot, &Configuration { world_from_root, q: waypoint.q });
             let may_reach = |limb: usize| {
                 let root_from_sole =
-                    world_from_root.inverse() * kinematic_state.world_from_sole(&robot, limb);
+                    world_from_root.inverse() * kinematic_state.world_from_sole(robot, limb);
                 preparation.may_reach(limb, root_from_sole.translation)
             };
             let reached = [0, 1].map(may_reach);

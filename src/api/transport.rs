@@ -70,6 +70,7 @@ impl Subscriber {
     ///
     /// # Errors
     /// The transport fails.
+    #[allow(clippy::should_implement_trait, reason = "it returns errors, and goes on after `None`")]
     pub fn next(&mut self) -> Result<Option<Message>, TransportError> {
         if let Some(chunk) = self.observer.chunk()? {
             return Ok(Some(Message::Chunk(Box::new(chunk))));

@@ -28,7 +28,7 @@ pub fn run(
     emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
 ) -> Result<Planned, CommandError> {
     let ended = run_until(planner, work_max, emit, &mut || false)?;
-    ended.ok_or_else(|| CommandError::interrupted())
+    ended.ok_or_else(CommandError::interrupted)
 }
 
 /// Like [`run`], but returns `None` if a signal comes or `is_over` returns true between two steps.

@@ -1,23 +1,23 @@
 //! Pictures of a walk, drawn by a software renderer.
 
-pub mod animation;
-pub mod camera;
-pub mod canvas;
-pub mod colour;
+pub(crate) mod animation;
+pub(crate) mod camera;
+pub(crate) mod canvas;
+pub(crate) mod colour;
 pub mod error;
-pub mod ground_overlay;
-pub mod light;
-pub mod motion;
-pub mod output;
-pub mod paint;
-pub mod raster;
+pub(crate) mod ground_overlay;
+pub(crate) mod light;
+pub(crate) mod motion;
+pub(crate) mod output;
+pub(crate) mod paint;
+pub(crate) mod raster;
 pub mod render;
-pub mod renderer;
-pub mod scene;
-pub mod stroke;
-pub mod surface;
-pub mod tessellate;
-pub mod view;
+pub(crate) mod renderer;
+pub(crate) mod scene;
+pub(crate) mod stroke;
+pub(crate) mod surface;
+pub(crate) mod tessellate;
+pub(crate) mod view;
 
 pub use error::PictureError;
 pub use scene::PictureScene;

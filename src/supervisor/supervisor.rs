@@ -1,7 +1,7 @@
 //! Starts the processes of both roles, reads their events, restarts a process that ends too early,
 //! and ends both when they have reported their results.
 //!
-//! [`Supervisor::step`] runs one stage; [`TRANSITIONS`] holds the stage that follows.
+//! `Supervisor::step` runs one stage; `TRANSITIONS` holds the stage that follows.
 
 use std::process::Command;
 

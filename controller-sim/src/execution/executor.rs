@@ -1,6 +1,6 @@
 //! Executes received chunks: checks a chunk from its bytes to its physics and moves the robot.
 //!
-//! The robot stands in a statically stable configuration. A chunk passes the stages of [`STAGES`]
+//! The robot stands in a statically stable configuration. A chunk passes the stages of `STAGES`
 //! in their order. One that passes all of them moves the robot to the chunk's end; any other leaves
 //! the robot where it stands, so a refusal is always safe.
 
@@ -164,7 +164,7 @@ impl ChunkExecutor {
     /// then meanwhile.
     ///
     /// # Errors
-    /// The first condition that does not hold, in the order of [`STAGES`].
+    /// The first condition that does not hold, in the order of `STAGES`.
     pub fn check_chunk(
         &mut self,
         chunk: &PlanChunk,

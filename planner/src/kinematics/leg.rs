@@ -17,7 +17,7 @@ use crate::kinematics::newton::Newton;
 /// A leg whose joints cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LegError {
-    /// Fewer than six or more than [`LEG_JOINTS_MAX`] joints.
+    /// Fewer than six or more than `LEG_JOINTS_MAX` joints.
     #[error(
         "the leg to foot '{foot}' has {joints} moving joints of its own; \
          6 to {LEG_JOINTS_MAX} are needed to place a sole freely"

@@ -67,7 +67,7 @@ impl AdjacencyLists {
     }
 
     /// The swings from a foothold, newest first.
-    pub fn from_stance(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
+    pub fn of_stance(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
         let block = |index: u32| self.blocks.get(index as usize);
         let blocks = std::iter::successors(block(self.newest[stance as usize]), move |newer| {
             block(newer.before)
@@ -100,7 +100,7 @@ mod tests {
                 .rev()
                 .filter(|&to| stance_of(to) == stance)
                 .map(|to| Swing { to, other: to + 1 });
-            assert!(lists.from_stance(stance).eq(expected));
+            assert!(lists.of_stance(stance).eq(expected));
         }
         assert_eq!((size_of::<Block>(), lists.blocks.capacity()), (128, capacity));
     }

@@ -164,11 +164,11 @@ impl ModeGraph {
 
     /// The swings from a stance foothold, newest first.
     pub fn swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
-        self.adjacency.from_stance(stance)
+        self.adjacency.of_stance(stance)
     }
 
     /// The transitions on a stance foothold, newest first.
-    pub fn from_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
+    pub fn of_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
         self.swings_from(stance).map(|swing| swing.to)
     }
 

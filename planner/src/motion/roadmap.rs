@@ -316,7 +316,7 @@ impl Roadmap {
     pub fn mode_motion(&self, edge: ModeEdge) -> Option<ModeMotion<'_>> {
         let path = self.motion(edge)?;
         let (support, stance) = self.stance(edge);
-        Some(ModeMotion { support, stance, first: self.state(edge.from).configuration, path: path })
+        Some(ModeMotion { support, stance, first: self.state(edge.from).configuration, path })
     }
 
     /// The support mode of an edge and the footholds that carry the weight.

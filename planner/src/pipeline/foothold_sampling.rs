@@ -120,7 +120,7 @@ impl<'a> FootholdSampler<'a> {
     }
 
     /// Adds footholds of one foot at a vertex of a route: `place` is the vertex and the foot. In
-    /// the first sweeps of a route the ideals are those of [`STANCES`], then random. `name` is
+    /// the first sweeps of a route the ideals are those of `STANCES`, then random. `name` is
     /// unique among the sweeps of all routes.
     ///
     /// # Errors

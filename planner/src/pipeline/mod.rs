@@ -1,6 +1,6 @@
 //! The search: stages that lead from a start and a goal to the chunks of a plan.
 //!
-//! [`planner`] names the stages in order, [`stage_table`] says which stage follows which. This is
+//! `planner` names the stages in order, `stage_table` says which stage follows which. This is
 //! the only folder that imports both stage P (`possibility`) and stage M (`motion`).
 
 mod bottlenecks;

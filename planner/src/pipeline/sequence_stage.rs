@@ -74,8 +74,8 @@ fn start_transitions(
 ) -> heapless::Vec<TransitionId, STARTS_MAX> {
     let [left, right] = boundary.footholds;
     match boundary.support {
-        SupportMode::Left => graph.from_stance(left).take(STARTS_MAX).collect(),
-        SupportMode::Right => graph.from_stance(right).take(STARTS_MAX).collect(),
+        SupportMode::Left => graph.of_stance(left).take(STARTS_MAX).collect(),
+        SupportMode::Right => graph.of_stance(right).take(STARTS_MAX).collect(),
         SupportMode::Double => {
             [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect()
         }

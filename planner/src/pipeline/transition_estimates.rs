@@ -97,7 +97,7 @@ fn unestimated<'a>(
         .filter(|&&id| graph.is_unlikely(id))
         .flat_map(|&id| [id, ModeGraph::twin(id)]);
     let neighbours =
-        unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
+        unlikely.flat_map(|id| graph.of_stance(graph.transitions()[id as usize].stance));
     let all = sequence.iter().copied().chain(neighbours);
     all.filter(|&id| graph.is_unestimated(id)).map(|id| id.min(ModeGraph::twin(id)))
 }

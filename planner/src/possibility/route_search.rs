@@ -168,7 +168,7 @@ impl RouteSearch {
     }
 
     /// Restarts the search for another route from start to goal. The first of every
-    /// [`BACKWARD_EVERY`] is walked backward, which keeps the knees clear of risers.
+    /// `BACKWARD_EVERY` is walked backward, which keeps the knees clear of risers.
     pub fn restart(&mut self) {
         self.detour.between = None;
         let is_backward = self.run.restarts.is_multiple_of(BACKWARD_EVERY);

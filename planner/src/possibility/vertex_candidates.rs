@@ -113,7 +113,7 @@ impl StageContext<'_> {
         self.upper_body.fit(&self.constraints.collision, pose) >= fit_min(relaxed)
     }
 
-    /// The least fit of the upper body between two poses, tested every [`FIT_STEP`]; `None` if it
+    /// The least fit of the upper body between two poses, tested every `FIT_STEP`; `None` if it
     /// is too small.
     pub fn fit_between(
         &self,

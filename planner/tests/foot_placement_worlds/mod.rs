@@ -189,7 +189,7 @@ pub fn query<'a>(sole_polygon: &'a [DVec2], ideal: Pose) -> PlacementQuery<'a> {
 /// The first `count` placements of a query.
 pub fn first(surfaces: &Surfaces, query: &PlacementQuery, count: usize) -> Vec<SupportedSole> {
     let mut placements = Vec::new();
-    propose(&surfaces, &mut Scratch::new(surfaces.config()), query, &mut |placement| {
+    propose(surfaces, &mut Scratch::new(surfaces.config()), query, &mut |placement| {
         placements.push(placement);
         placements.len() < count
     });

@@ -175,7 +175,7 @@ fn least_cost(problem: &SequenceProblem<'_>) -> f64 {
             let stance = problem.graph.transitions()[from as usize].stance;
             for to in problem
                 .graph
-                .from_stance(stance)
+                .of_stance(stance)
                 .filter(|&to| to != from)
                 .chain([ModeGraph::twin(from)])
             {
@@ -198,7 +198,7 @@ fn record_at_random(line: &mut Line, seed: u64) {
     for _ in 0..5 * count {
         let id = random.below(count) as TransitionId;
         let stance = line.graph.transitions()[id as usize].stance;
-        let swings: Vec<TransitionId> = line.graph.from_stance(stance).collect();
+        let swings: Vec<TransitionId> = line.graph.of_stance(stance).collect();
         match random.below(8) {
             0 => line.graph.record_failures(id, random.below(40) as u32),
             1 => line.graph.record_found(id, configuration).unwrap(),
