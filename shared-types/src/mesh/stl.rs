@@ -67,7 +67,7 @@ fn read_binary(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
 
 /// Reads solids, one after the other, until the end.
 fn read_text(text: &str, welder: &mut Welder) -> Result<(), MeshError> {
-    let mut words = Words::new(text);
+    let mut words = Tokens::new(text);
     while words.peek().is_some() {
         words.expect("solid")?;
         words.skip_name()?;
@@ -87,7 +87,7 @@ fn read_text(text: &str, welder: &mut Welder) -> Result<(), MeshError> {
 }
 
 /// The corners of a facet, from behind the word.
-fn facet(words: &mut Words) -> Result<[DVec3; 3], MeshError> {
+fn facet(words: &mut Tokens) -> Result<[DVec3; 3], MeshError> {
     words.expect("normal")?;
     // Normals follow from the corners; some exporters write words for theirs.
     (0..3).try_for_each(|_| words.next_token().map(|_| ()))?;
@@ -104,14 +104,14 @@ fn facet(words: &mut Words) -> Result<[DVec3; 3], MeshError> {
 }
 
 /// The words of a text, with the line of the last one.
-struct Words<'a> {
+struct Tokens<'a> {
     lines: std::str::Lines<'a>,
     words: std::str::SplitWhitespace<'a>,
     line: usize,
     ahead: Option<&'a str>,
 }
 
-impl<'a> Words<'a> {
+impl<'a> Tokens<'a> {
     fn new(text: &'a str) -> Self {
         Self { lines: text.lines(), words: "".split_whitespace(), line: 0, ahead: None }
     }

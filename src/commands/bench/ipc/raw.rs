@@ -27,12 +27,12 @@ struct Board {
 }
 
 #[derive(Clone)]
-struct Shared(Arc<MmapRaw>);
+struct SharedMap(Arc<MmapRaw>);
 
 /// Measures it; `with_crc` adds the CRC and digests of our transport.
 pub(crate) fn measure(rounds: usize, with_crc: bool) -> Result<Measured, CommandError> {
     let map = MmapMut::map_anon(size_of::<Board>() + 64).map_err(CommandError::ReportsClosed)?;
-    let shared = Shared(Arc::new(MmapRaw::from(map)));
+    let shared = SharedMap(Arc::new(MmapRaw::from(map)));
     let far = shared.clone();
     let near = || Ok(RawNear { shared, answered: 0, with_crc });
     drive::measure(rounds, WINDOW_CHUNKS as u64, near, move || {
@@ -40,7 +40,7 @@ pub(crate) fn measure(rounds: usize, with_crc: bool) -> Result<Measured, Command
     })
 }
 
-impl Shared {
+impl SharedMap {
     fn board(&self) -> *const Board {
         let start = self.0.as_mut_ptr();
         // SAFETY: the map is 64 bytes longer than the board, so that an aligned one fits.
@@ -75,7 +75,7 @@ impl<M: Copy> Slot<M> {
 }
 
 struct RawNear {
-    shared: Shared,
+    shared: SharedMap,
     answered: u64,
     with_crc: bool,
 }
@@ -104,7 +104,7 @@ impl Near for RawNear {
 }
 
 struct RawFar {
-    shared: Shared,
+    shared: SharedMap,
     taken: u64,
     with_crc: bool,
 }
