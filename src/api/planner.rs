@@ -186,8 +186,8 @@ impl Planner {
         self.begin_task(Task::new(start, goal, self.world.clone()))
     }
 
-    /// Advances the search by at most `work` units, or to its end. A step never allocates and never
-    /// exceeds its work by more than one unit.
+    /// Advances the search by at most `work` units, or to its end, and exceeds its work by at most
+    /// one unit. Only the step that finds the plan allocates: it copies the chunks into the plan.
     ///
     /// # Panics
     /// No search was begun.
