@@ -278,7 +278,7 @@ fn waypoint(configuration: &Configuration) -> Waypoint {
 }
 
 /// The contact of a foothold.
-fn contact_of(foothold: &Foothold) -> Contact {
+pub(crate) fn contact_of(foothold: &Foothold) -> Contact {
     let mut contact: Contact = bytemuck::Zeroable::zeroed();
     contact.limb = foothold.limb as u32;
     contact.polygon_len = foothold.support.len() as u32;

@@ -1,0 +1,240 @@
+//! The configurations of a phase at even places of the curve, with two more on either side for the
+//! derivatives.
+
+use glam::DVec3;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::base::spatial::scaled_axis_from_rotation;
+
+use crate::base::arena::reserve;
+use crate::constraints::rejection::Rejection;
+use crate::robot::configuration::Configuration;
+use crate::robot::kinematic_state::KinematicState;
+use crate::smooth_path::curve::Curve;
+use crate::smooth_path::key_table::KeySource;
+use crate::smooth_path::layout::swing_of;
+use crate::smooth_path::posture_solver::PostureSolver;
+use crate::smooth_path::tuning::{
+    INTERVALS_MAX, INTERVALS_MIN, JOINT_STEP_MAX, KEY_SECONDS, POINT_STEP, REST_DIFFERENCE_MAX,
+    SWING_POINT_STEP,
+};
+use crate::timing::path_point::{PathPoint, VELOCITY_MAX};
+
+/// Number of configurations beyond each end of a phase.
+pub(crate) const BEYOND: usize = 2;
+
+/// Weights of five even points for the first derivative, and for the second.
+const DIFFERENCES: [[f64; 5]; 2] = [
+    [1.0 / 12.0, -8.0 / 12.0, 0.0, 8.0 / 12.0, -1.0 / 12.0],
+    [-1.0 / 12.0, 16.0 / 12.0, -30.0 / 12.0, 16.0 / 12.0, -1.0 / 12.0],
+];
+
+/// A phase of the curve, divided into intervals.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct PhaseGrid {
+    /// The phase.
+    pub phase: usize,
+    /// The place of the curve at which it begins.
+    pub begin: f64,
+    /// The length of an interval, in keys.
+    pub step: f64,
+    /// Number of intervals.
+    pub intervals: usize,
+}
+
+impl PhaseGrid {
+    /// The grid of a phase; `None` where it has no length.
+    pub fn new(source: &KeySource<'_>, curve: &Curve, phase: usize) -> Option<Self> {
+        let [first, last] = source.layout.end_keys(phase);
+        let (begin, end, way) = if let Some(swing) = swing_of(phase) {
+            let [begin, end] = curve.swings[swing];
+            (begin, end, curve.swing(&source.plan, source.layout, swing).length())
+        } else {
+            let after = phase / 2;
+            let begin = if curve.rests[first] { first as f64 } else { curve.swings[after - 1][1] };
+            let end = if curve.rests[last] { last as f64 } else { curve.swings[after][0] };
+            (begin, end, 0.0)
+        };
+        if end <= begin {
+            return None;
+        }
+        let wanted = ((end - begin) / POINT_STEP).max(way / SWING_POINT_STEP);
+        let intervals = (libm::ceil(wanted) as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
+        Some(Self { phase, begin, step: (end - begin) / intervals as f64, intervals })
+    }
+
+    /// A place in the middle of the phase.
+    pub fn middle(&self) -> f64 {
+        self.begin + 0.5 * self.step * self.intervals as f64
+    }
+
+    /// The place of a configuration; the first of the phase has index [`BEYOND`].
+    pub fn place(&self, index: usize) -> f64 {
+        self.begin + self.step * (index as f64 - BEYOND as f64)
+    }
+
+    /// Number of configurations, those beyond both ends included.
+    pub fn len(&self) -> usize {
+        self.intervals + 1 + 2 * BEYOND
+    }
+
+    /// The interval between two points in units of the path's parameter, s.
+    pub fn seconds(&self) -> f64 {
+        KEY_SECONDS * self.step
+    }
+}
+
+/// The configurations of one phase after the other.
+#[derive(Debug)]
+pub(crate) struct PhasePoints {
+    /// The phase.
+    pub grid: PhaseGrid,
+    /// Its configurations so far.
+    pub configurations: Vec<Configuration>,
+    /// Kinematic states of the last two configurations, the later one at `current`.
+    pub kinematic_states: [KinematicState; 2],
+    /// Index of the state of the last configuration.
+    pub current: usize,
+    solver: PostureSolver,
+}
+
+impl PhasePoints {
+    /// Reserves memory.
+    pub fn new() -> Self {
+        Self {
+            grid: PhaseGrid::default(),
+            configurations: reserve(INTERVALS_MAX + 1 + 2 * BEYOND),
+            kinematic_states: Default::default(),
+            current: 0,
+            solver: PostureSolver::default(),
+        }
+    }
+
+    /// Begins a phase.
+    pub fn begin(&mut self, grid: PhaseGrid) {
+        self.grid = grid;
+        self.configurations.clear();
+        self.solver = PostureSolver::default();
+    }
+
+    /// Whether all configurations of the phase are made.
+    pub fn is_complete(&self) -> bool {
+        self.configurations.len() == self.grid.len()
+    }
+
+    /// Makes the next configuration.
+    ///
+    /// # Errors
+    /// The constraint that it violates.
+    pub fn advance(&mut self, source: &KeySource<'_>, curve: &Curve) -> Result<(), Rejection> {
+        let index = self.configurations.len();
+        let place = self.grid.place(index);
+        let around = curve.around(place, self.grid.middle());
+        let soles = curve.soles(&source.plan, source.layout, place);
+        let mut configuration = self.guess(source);
+        around.pose(source.constraints, source.plan.roadmap, &mut configuration);
+        let next = 1 - self.current;
+        self.solver.solve(
+            &source.constraints.robot,
+            &soles,
+            around.com(),
+            &mut configuration,
+            &mut self.kinematic_states[next],
+        )?;
+        self.current = next;
+        if let Some(last) = self.configurations.last()
+            && largest_difference(last, &configuration) > JOINT_STEP_MAX
+        {
+            return Err(Rejection::Discontinuous);
+        }
+        self.check_rest(source, curve, index, &mut configuration)?;
+        self.configurations.push(configuration);
+        Ok(())
+    }
+
+    /// Where the solution of the next configuration begins: the plan's own configuration at first,
+    /// then as the last two lead on.
+    fn guess(&self, source: &KeySource<'_>) -> Configuration {
+        match self.configurations.as_slice() {
+            [] => {
+                let edges = source.layout.edges(self.grid.phase);
+                source.plan.roadmap.state(source.plan.nodes[edges.start]).configuration
+            }
+            [only] => *only,
+            [.., before, last] => {
+                let mut next = *last;
+                let shift = last.world_from_root.translation - before.world_from_root.translation;
+                next.world_from_root.translation += shift;
+                for (q, before) in next.q.iter_mut().zip(&before.q) {
+                    *q += *q - before;
+                }
+                next
+            }
+        }
+    }
+
+    /// Where the robot rests at an end of the phase, the configuration is the plan's own.
+    fn check_rest(
+        &self,
+        source: &KeySource<'_>,
+        curve: &Curve,
+        index: usize,
+        configuration: &mut Configuration,
+    ) -> Result<(), Rejection> {
+        let [first, last] = source.layout.end_keys(self.grid.phase);
+        let key = match index {
+            BEYOND => first,
+            index if index == BEYOND + self.grid.intervals => last,
+            _ => return Ok(()),
+        };
+        if !curve.rests[key] {
+            return Ok(());
+        }
+        let planned = source.plan.roadmap.state(source.rest_node(key)).configuration;
+        let distance =
+            planned.world_from_root.translation.distance(configuration.world_from_root.translation);
+        if largest_difference(&planned, configuration).max(distance) > REST_DIFFERENCE_MAX {
+            return Err(Rejection::Discontinuous);
+        }
+        *configuration = planned;
+        Ok(())
+    }
+
+    /// The point of an index of a complete phase, at a value of the path's parameter (s).
+    pub fn point(&self, index: usize, parameter: f64) -> PathPoint {
+        let around = &self.configurations[index - BEYOND..=index + BEYOND];
+        let here = &around[BEYOND];
+        let step = self.grid.seconds();
+        let [mut first, mut second] = [[0.0; VELOCITY_MAX]; 2];
+        let here_rotation = here.world_from_root.rotation;
+        for (at, other) in around.iter().enumerate() {
+            let weights =
+                [DIFFERENCES[0][at] / step, DIFFERENCES[1][at] / (step * step)];
+            let mut difference = [0.0; VELOCITY_MAX];
+            let shift = other.world_from_root.translation - here.world_from_root.translation;
+            let turn: DVec3 = scaled_axis_from_rotation(
+                other.world_from_root.rotation * here_rotation.conjugate(),
+            );
+            difference[..3].copy_from_slice(&shift.to_array());
+            difference[3..6].copy_from_slice(&turn.to_array());
+            for joint in 0..JOINTS_MAX {
+                difference[6 + joint] = other.q[joint] - here.q[joint];
+            }
+            for (index, difference) in difference.iter().enumerate() {
+                first[index] += weights[0] * difference;
+                second[index] += weights[1] * difference;
+            }
+        }
+        PathPoint {
+            parameter,
+            world_from_root: here.world_from_root,
+            q: here.q,
+            first,
+            second,
+        }
+    }
+}
+
+/// The largest difference of a joint between two configurations, rad or m.
+fn largest_difference(a: &Configuration, b: &Configuration) -> f64 {
+    a.q.iter().zip(&b.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
