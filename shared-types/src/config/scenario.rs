@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::base::digest::Digest;
 use crate::base::spatial::{Pose, rotation_about};
+use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 
 /// A validated scenario. Its paths are resolved against the scenario file's folder.
@@ -33,6 +34,8 @@ pub struct Scenario {
     pub planner: PlannerConfig,
     /// The checker's tolerances.
     pub checker: CheckerConfig,
+    /// The parameters of the motion.
+    pub execution: ExecutionConfig,
     /// Digest of all fields above that change a plan; not of names and paths.
     pub digest: Digest,
 }
