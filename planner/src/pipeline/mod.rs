@@ -27,6 +27,7 @@ mod segmentation;
 mod segmentation_stage;
 mod sequence_stage;
 mod shortcut_stage;
+mod smooth_path_stage;
 mod stage;
 mod stage_table;
 mod step_removal;

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::config::execution::Motion;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState};
 use surefoot_shared_types::robot::model::RobotModel;
@@ -34,6 +35,7 @@ use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::segmentation_stage::SegmentationStage;
 use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
+use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::TimeParameterization;
@@ -169,6 +171,11 @@ impl<'a> PlannerBuilder<'a> {
             ),
             recovery: RecoveryStage::default(),
             shortcuts: ShortcutStage::new(edges_max),
+            smooth_path: SmoothPathStage::new(
+                self.scenario.execution.motion == Motion::Smooth,
+                edges_max,
+                config.waypoints_max as usize,
+            ),
             chunks: ChunkStage::new(self.chunks(&context)),
         };
         let mut planner = Planner { context, search, stages, stage: Stage::Endpoints };

@@ -85,7 +85,7 @@ impl KeySource<'_> {
             if curve.rests[index] {
                 continue;
             }
-            let reached = self.reached_height(curve, index, variant.level_keys);
+            let reached = self.reached_height(curve, index, &variant);
             let planned = curve.keys[index].height;
             let is_planned = variant.follows_plan || reached.is_infinite();
             curve.keys[index].height = if is_planned { reached.min(planned) } else { reached };
@@ -169,20 +169,21 @@ impl KeySource<'_> {
     }
 
     /// The greatest height of the root (m) that the legs allow at all places that a key influences,
-    /// and at `level_keys` beyond; infinite where no leg reaches.
-    fn reached_height(&self, curve: &Curve, key: usize, level_keys: f64) -> f64 {
-        let (at, reach) = (key as f64, 2.0 + level_keys);
+    /// and at the variant's level keys beyond; infinite where no leg reaches.
+    fn reached_height(&self, curve: &Curve, key: usize, variant: &Variant) -> f64 {
+        let (at, reach) = (key as f64, 2.0 + variant.level_keys);
+        let extension = self.leg_extension.min(variant.leg_extension);
         let last = (curve.keys.len() - 1) as f64;
         let samples = (2.0 * reach / REACH_STEP) as usize;
         let places = (0..=samples).map(|index| at - reach + REACH_STEP * index as f64);
         places
             .filter(|place| (0.0..=last).contains(place))
-            .filter_map(|place| self.height_at(curve, place))
+            .filter_map(|place| self.height_at(curve, place, extension))
             .fold(f64::INFINITY, f64::min)
     }
 
     /// The greatest height of the root at a place of the curve, m.
-    fn height_at(&self, curve: &Curve, place: f64) -> Option<f64> {
+    fn height_at(&self, curve: &Curve, place: f64, extension: f64) -> Option<f64> {
         let robot = &self.constraints.robot;
         let around = curve.around(place, place);
         let rotation = around.rotation();
@@ -191,7 +192,7 @@ impl KeySource<'_> {
         robot.root_height(
             &Pose::from_parts(position.extend(0.0), rotation),
             &soles,
-            [self.leg_extension; 2],
+            [extension; 2],
         )
     }
 }

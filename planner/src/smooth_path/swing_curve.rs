@@ -73,9 +73,11 @@ fn raised(sole: &Pose, top: f64, t: f64) -> DVec3 {
     let upward = rise - along_normal * normal.z;
     sole.translation
         + normal * (along_normal * smooth_step(t))
-        + DVec3::Z * (upward * smooth_step(t * t.abs()))
+        + DVec3::Z * (upward * smooth_step((t - UPWARD_AFTER) / (1.0 - UPWARD_AFTER)))
 }
 
+/// Share of the lift after which the sole also moves straight up.
+const UPWARD_AFTER: f64 = 0.2;
 /// Longest way along the normal, m.
 const NORMAL_RISE_MAX: f64 = 0.03;
 

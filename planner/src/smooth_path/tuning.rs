@@ -32,11 +32,11 @@ pub(crate) const REACH_STEP: f64 = 0.25;
 // Points.
 
 /// Longest distance of two points, in keys.
-pub(crate) const POINT_STEP: f64 = 0.125;
+pub(crate) const POINT_STEP: f64 = 0.1;
 /// Longest distance (m) of two points along the swing of a foot.
-pub(crate) const SWING_POINT_STEP: f64 = 0.03;
+pub(crate) const SWING_POINT_STEP: f64 = 0.025;
 /// Fewest intervals of a phase.
-pub(crate) const INTERVALS_MIN: usize = 8;
+pub(crate) const INTERVALS_MIN: usize = 12;
 /// Most intervals of a phase.
 pub(crate) const INTERVALS_MAX: usize = 64;
 /// Largest motion of a joint between two points, rad or m.
