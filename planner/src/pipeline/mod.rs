@@ -31,6 +31,7 @@ mod smooth_path_stage;
 mod stage;
 mod stage_table;
 mod step_removal;
+mod timed_chunks;
 mod transition_estimates;
 
 pub use bottlenecks::Bottleneck;

@@ -106,7 +106,10 @@ impl Stages {
             Stage::Recovery => self.recovery.step(context, search, budget),
             Stage::Shortcuts => self.shortcuts.step(context, search, budget),
             Stage::SmoothPath => self.smooth_path.step(context, search, budget),
-            Stage::Chunks => self.chunks.step(context, search, budget),
+            Stage::Chunks => {
+                let path = self.smooth_path.path();
+                self.chunks.step(context, search, path, budget)
+            }
             Stage::Over => Ok(Event::Continue),
         }
     }

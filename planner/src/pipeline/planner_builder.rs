@@ -44,6 +44,9 @@ use crate::preparation::Preparation;
 use crate::preparation::PreparationError;
 use crate::preparation::planning_context::PlanningContext;
 use crate::robot::mechanism::{Mechanism, MechanismError};
+use crate::timing::limits::TimingLimits;
+use crate::timing::path_timing::PathTiming;
+use crate::timing::timed_robot::TimedRobot;
 
 /// Number of sides of the pyramid that a checker may put inside the friction cone. Vertical forces
 /// must lie in it, too.
@@ -176,7 +179,7 @@ impl<'a> PlannerBuilder<'a> {
                 edges_max,
                 config.waypoints_max as usize,
             ),
-            chunks: ChunkStage::new(self.chunks(&context)),
+            chunks: ChunkStage::new(self.chunks(&context), self.timing()),
         };
         let mut planner = Planner { context, search, stages, stage: Stage::Endpoints };
         self.begin_in_rest_state(&mut planner)?;
@@ -239,6 +242,15 @@ impl<'a> PlannerBuilder<'a> {
             work_max: config.work_max,
             outcome: None,
         }
+    }
+
+    /// The timing of smooth paths, if plans are smoothed.
+    fn timing(&self) -> Option<PathTiming> {
+        let execution = &self.scenario.execution;
+        let limits = TimingLimits::new(self.model, execution.share, self.world.mu);
+        let points_max = self.scenario.planner.waypoints_max as usize;
+        (execution.motion == Motion::Smooth)
+            .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
     }
 
     /// The builder of the plan's chunks.

@@ -4,6 +4,7 @@ use crate::base::capacity::ArenaFull;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
+use crate::timing::path_timing::Path;
 use crate::smooth_path::smoother::{SearchedPlan, Smoother, SmoothingInputs};
 
 /// Makes the smooth path, one configuration for each unit of work. A plan without smooth motion
@@ -60,6 +61,12 @@ impl SmoothPathStage {
         self.has_begun = false;
         (stats.rests, stats.searched_phases) = (smoother.rests(), smoother.searched_phases());
         Ok(Event::Done)
+    }
+
+    /// The path of a plan; none where plans keep the searched motion.
+    pub fn path(&self) -> Option<Path<'_>> {
+        let smoother = self.smoother.as_ref()?;
+        Some(Path { points: smoother.points(), spans: smoother.spans() })
     }
 
     /// Bytes reserved.

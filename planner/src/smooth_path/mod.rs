@@ -2,6 +2,7 @@
 //! configurations whose first two derivatives are continuous from one rest to the next.
 
 mod curve;
+mod followed_motion;
 mod key;
 mod key_table;
 mod layout;
@@ -12,5 +13,6 @@ mod searched_motion;
 pub mod smoother;
 mod spline;
 mod swing_curve;
+mod track;
 mod tuning;
 mod variant;

@@ -4,10 +4,10 @@ use crate::collision::model::FootPhase;
 use crate::constraints::mode::Mode;
 use crate::constraints::rejection::Rejection;
 use crate::robot::kinematic_state::KinematicState;
-use crate::smooth_path::curve::Curve;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::layout::swing_of;
 use crate::smooth_path::phase_points::{BEYOND, PhaseGrid, PhasePoints};
+use crate::smooth_path::track::Track;
 use crate::smooth_path::tuning::LIFT_OFF_DISTANCE_MAX;
 
 /// Checks one phase after the other, one configuration for each unit of work.
@@ -32,11 +32,11 @@ impl PhaseCheck {
     ///
     /// # Errors
     /// The constraint that is violated.
-    pub fn advance(&mut self, source: &KeySource<'_>, curve: &Curve) -> Result<bool, Rejection> {
-        self.points.advance(source, curve)?;
+    pub fn advance(&mut self, source: &KeySource<'_>, track: Track<'_>) -> Result<bool, Rejection> {
+        self.points.advance(source, track)?;
         let index = self.points.configurations.len() - 1;
         if (BEYOND..=BEYOND + self.points.grid.intervals).contains(&index) {
-            self.check(source, curve, index)?;
+            self.check(source, track, index)?;
         }
         Ok(self.points.is_complete())
     }
@@ -45,7 +45,7 @@ impl PhaseCheck {
     fn check(
         &mut self,
         source: &KeySource<'_>,
-        curve: &Curve,
+        track: Track<'_>,
         index: usize,
     ) -> Result<(), Rejection> {
         let Self { points, scratch } = self;
@@ -53,7 +53,7 @@ impl PhaseCheck {
         let mode = source.plan.roadmap.mode(edge);
         let constraints = source.constraints;
         let [here, before] = [points.current, 1 - points.current];
-        let feet = |at: usize| feet(source, curve, &points.grid, &mode, at);
+        let feet = |at: usize| feet(source, track, &points.grid, &mode, at);
         constraints.check(&mode, &points.kinematic_states[here], feet(index))?;
         if index == BEYOND {
             return Ok(());
@@ -78,14 +78,15 @@ fn lift_off(mode: &Mode) -> [FootPhase; 2] {
 /// The phases of the feet at a configuration.
 fn feet(
     source: &KeySource<'_>,
-    curve: &Curve,
+    track: Track<'_>,
     grid: &PhaseGrid,
     mode: &Mode,
     index: usize,
 ) -> [FootPhase; 2] {
-    let Some(swing) = swing_of(grid.phase) else { return [FootPhase::Stance; 2] };
-    let fraction = curve.swing_fraction(swing, grid.place(index));
-    let aside = curve.swing(&source.plan, source.layout, swing).distance_aside(fraction);
+    if swing_of(grid.phase).is_none() {
+        return [FootPhase::Stance; 2];
+    }
+    let aside = track.distance_aside(source, grid, grid.place(index));
     if aside <= LIFT_OFF_DISTANCE_MAX {
         return lift_off(mode);
     }

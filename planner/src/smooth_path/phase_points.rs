@@ -13,8 +13,9 @@ use crate::smooth_path::curve::Curve;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::layout::swing_of;
 use crate::smooth_path::posture_solver::PostureSolver;
+use crate::smooth_path::track::Track;
 use crate::smooth_path::tuning::{
-    INTERVALS_MAX, INTERVALS_MIN, JOINT_STEP_MAX, KEY_SECONDS, POINT_STEP, REST_DIFFERENCE_MAX,
+    FOLLOWED_DENSITY, INTERVALS_MAX, INTERVALS_MIN, JOINT_STEP_MAX, KEY_SECONDS, POINT_STEP, REST_DIFFERENCE_MAX,
     SWING_POINT_STEP,
 };
 use crate::timing::path_point::{PathPoint, VELOCITY_MAX};
@@ -60,6 +61,12 @@ impl PhaseGrid {
         let wanted = ((end - begin) / POINT_STEP).max(way / SWING_POINT_STEP);
         let intervals = (libm::ceil(wanted) as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
         Some(Self { phase, begin, step: (end - begin) / intervals as f64, intervals })
+    }
+
+    /// The grid of a followed motion whose spline ends at place `end`.
+    pub fn followed(phase: usize, end: usize) -> Self {
+        let intervals = (FOLLOWED_DENSITY * end).clamp(INTERVALS_MIN, INTERVALS_MAX);
+        Self { phase, begin: 0.0, step: end as f64 / intervals as f64, intervals }
     }
 
     /// A place in the middle of the phase.
@@ -125,18 +132,16 @@ impl PhasePoints {
     ///
     /// # Errors
     /// The constraint that it violates.
-    pub fn advance(&mut self, source: &KeySource<'_>, curve: &Curve) -> Result<(), Rejection> {
+    pub fn advance(&mut self, source: &KeySource<'_>, track: Track<'_>) -> Result<(), Rejection> {
         let index = self.configurations.len();
         let place = self.grid.place(index);
-        let around = curve.around(place, self.grid.middle());
-        let soles = curve.soles(&source.plan, source.layout, place);
         let mut configuration = self.guess(source);
-        around.pose(source.constraints, source.plan.roadmap, &mut configuration);
+        let (com, soles) = track.pose(source, &self.grid, place, &mut configuration);
         let next = 1 - self.current;
         self.solver.solve(
             &source.constraints.robot,
             &soles,
-            around.com(),
+            com,
             &mut configuration,
             &mut self.kinematic_states[next],
         )?;
@@ -146,7 +151,7 @@ impl PhasePoints {
         {
             return Err(Rejection::Discontinuous);
         }
-        self.check_rest(source, curve, index, &mut configuration)?;
+        self.check_rest(source, track, index, &mut configuration)?;
         self.configurations.push(configuration);
         Ok(())
     }
@@ -176,7 +181,7 @@ impl PhasePoints {
     fn check_rest(
         &self,
         source: &KeySource<'_>,
-        curve: &Curve,
+        track: Track<'_>,
         index: usize,
         configuration: &mut Configuration,
     ) -> Result<(), Rejection> {
@@ -186,7 +191,7 @@ impl PhasePoints {
             index if index == BEYOND + self.grid.intervals => last,
             _ => return Ok(()),
         };
-        if !curve.rests[key] {
+        if !track.rests_at(key) {
             return Ok(());
         }
         let planned = source.plan.roadmap.state(source.rest_node(key)).configuration;

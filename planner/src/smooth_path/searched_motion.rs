@@ -23,6 +23,12 @@ pub(crate) struct SearchedPhase<'a> {
 }
 
 impl SearchedPhase<'_> {
+    /// Number of motions between two waypoints.
+    pub fn len(&self) -> usize {
+        let motion = |edge| self.plan.roadmap.motion(self.plan.edge(edge)).unwrap_or_default();
+        self.edges.clone().map(|edge| motion(edge).len()).sum()
+    }
+
     /// Waypoint `index` and the one after it, with their edge; `None` after the last.
     pub fn pair(&self, mut index: usize) -> Option<(usize, [Configuration; 2])> {
         for edge in self.edges.clone() {

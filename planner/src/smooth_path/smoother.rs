@@ -9,12 +9,14 @@ use crate::constraints::constraints::Constraints;
 use crate::constraints::rejection::Rejection;
 use crate::plan::chunk_builder::contact_of;
 use crate::smooth_path::curve::Curve;
+use crate::smooth_path::followed_motion::FollowedMotion;
 use crate::smooth_path::key_table::KeySource;
 pub use crate::smooth_path::layout::SearchedPlan;
 use crate::smooth_path::layout::{Layout, swing_of};
 use crate::smooth_path::phase_check::PhaseCheck;
 use crate::smooth_path::phase_points::{BEYOND, PhaseGrid, PhasePoints};
 use crate::smooth_path::searched_motion::{self, SearchedPhase};
+use crate::smooth_path::track::Track;
 use crate::smooth_path::tuning::{JOIN_DIFFERENCE_MAX, KEY_SECONDS};
 use crate::smooth_path::variant::VARIANTS;
 use crate::timing::path_point::{PathPoint, PathSpan};
@@ -26,6 +28,10 @@ enum PhaseState {
     Open,
     /// Its part of the curve satisfies the constraints.
     Smooth,
+    /// The spline along its searched motion is to be checked.
+    OpenFollowed,
+    /// It follows the spline along its searched motion, from rest to rest.
+    Followed,
     /// It keeps the searched motion, which rests at its waypoints.
     Searched,
 }
@@ -65,6 +71,7 @@ pub struct Smoother {
     states: Vec<PhaseState>,
     task: Task,
     check: PhaseCheck,
+    followed: FollowedMotion,
     written: PhasePoints,
     points: Vec<PathPoint>,
     spans: Vec<PathSpan>,
@@ -79,6 +86,7 @@ impl Smoother {
             states: reserve(2 * edges_max + 1),
             task: Task::Over,
             check: PhaseCheck::new(),
+            followed: FollowedMotion::new(),
             written: PhasePoints::new(),
             points: reserve(points_max),
             spans: reserve(points_max / 2),
@@ -100,11 +108,11 @@ impl Smoother {
         self.spans.iter().skip(1).filter(|span| span.starts_at_rest).count() as u64
     }
 
-    /// Number of phases that keep the searched motion.
+    /// Number of phases that keep the searched motion, or follow it from rest to rest.
     pub fn searched_phases(&self) -> u64 {
         let phases = self.states.iter().enumerate();
         let is_searched = |&(phase, state): &(usize, &PhaseState)| {
-            *state == PhaseState::Searched && !self.layout.edges(phase).is_empty()
+            *state != PhaseState::Smooth && !self.layout.edges(phase).is_empty()
         };
         phases.filter(is_searched).count() as u64
     }
@@ -187,33 +195,64 @@ impl Smoother {
 
     /// Begins with the check of the first open phase; without one, with the points.
     fn choose(&mut self, inputs: &SmoothingInputs<'_>) {
-        let open = self.states.iter().position(|state| *state == PhaseState::Open);
+        let open = self.states.iter().position(|state| {
+            matches!(state, PhaseState::Open | PhaseState::OpenFollowed)
+        });
         let Some(phase) = open else {
             self.points.clear();
             self.spans.clear();
             self.task = Task::Write { phase: 0, next: 0 };
             return;
         };
-        match PhaseGrid::new(&source(inputs, &self.layout), &self.curve, phase) {
+        match self.grid(inputs, phase) {
             Some(grid) => {
                 self.check.begin(grid);
                 self.task = Task::Check { phase };
             }
-            None => self.vary(inputs, phase),
+            None => self.reject(inputs, phase),
+        }
+    }
+
+    /// The grid of a phase; `None` where it has no length.
+    fn grid(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) -> Option<PhaseGrid> {
+        if matches!(self.states[phase], PhaseState::Open | PhaseState::Smooth) {
+            return PhaseGrid::new(&source(inputs, &self.layout), &self.curve, phase);
+        }
+        let edges = self.layout.edges(phase);
+        let mode = inputs.plan.roadmap.mode(inputs.plan.edge(edges.start));
+        let stance =
+            [0, 1].map(|limb| mode.is_stance(limb).then_some(mode.world_from_soles[limb]));
+        let searched = SearchedPhase { plan: inputs.plan, edges };
+        self.followed.begin(&inputs.constraints.robot, &searched, stance);
+        (self.followed.end() > 0).then(|| PhaseGrid::followed(phase, self.followed.end()))
+    }
+
+    /// A phase failed: its stances are varied, or it keeps more of the searched motion.
+    fn reject(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
+        match self.states[phase] {
+            PhaseState::Open => self.vary(inputs, phase),
+            _ => self.states[phase] = PhaseState::Searched,
         }
     }
 
     /// Checks the next configuration of a phase.
     fn check(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) -> Option<Rejection> {
-        match self.check.advance(&source(inputs, &self.layout), &self.curve) {
+        let track = match self.states[phase] {
+            PhaseState::Open => Track::Curve(&self.curve),
+            _ => Track::Followed(&self.followed),
+        };
+        match self.check.advance(&source(inputs, &self.layout), track) {
             Ok(false) => None,
             Ok(true) => {
-                self.states[phase] = PhaseState::Smooth;
+                self.states[phase] = match self.states[phase] {
+                    PhaseState::Open => PhaseState::Smooth,
+                    _ => PhaseState::Followed,
+                };
                 self.task = Task::Choose;
                 None
             }
             Err(rejection) => {
-                self.vary(inputs, phase);
+                self.reject(inputs, phase);
                 self.task = Task::Choose;
                 Some(rejection)
             }
@@ -230,7 +269,7 @@ impl Smoother {
         let last = VARIANTS.len() as u8 - 1;
         let can_vary = |swing: &usize| {
             self.curve.variants[*swing] < last
-                && self.states[2 * swing + 1] != PhaseState::Searched
+                && matches!(self.states[2 * swing + 1], PhaseState::Open | PhaseState::Smooth)
         };
         let chosen = stances.filter(can_vary).min_by_key(|swing| self.curve.variants[*swing]);
         match chosen {
@@ -244,7 +283,7 @@ impl Smoother {
 
     /// Leaves a phase to the searched motion: the robot rests at both ends.
     fn keep_searched(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
-        self.states[phase] = PhaseState::Searched;
+        self.states[phase] = PhaseState::OpenFollowed;
         for key in self.layout.end_keys(phase) {
             self.curve.rests[key] = true;
         }
@@ -284,15 +323,21 @@ impl Smoother {
         if self.states[phase] == PhaseState::Searched {
             return self.write_searched(inputs, phase, next);
         }
-        let source = source(inputs, &self.layout);
         if next == 0
-            && let Some(grid) = PhaseGrid::new(&source, &self.curve, phase)
+            && let Some(grid) = self.grid(inputs, phase)
         {
             self.written.begin(grid);
         }
-        let is_made = self.written.advance(&source, &self.curve).is_ok();
+        let track = match self.states[phase] {
+            PhaseState::Smooth => Track::Curve(&self.curve),
+            _ => Track::Followed(&self.followed),
+        };
+        let is_made = self.written.advance(&source(inputs, &self.layout), track).is_ok();
         if !is_made || !self.joins(phase) {
-            self.keep_searched(inputs, phase);
+            match self.states[phase] {
+                PhaseState::Smooth => self.keep_searched(inputs, phase),
+                _ => self.states[phase] = PhaseState::Searched,
+            }
             self.task = Task::Choose;
             return Ok(());
         }

@@ -38,9 +38,18 @@ pub(crate) const SWING_POINT_STEP: f64 = 0.025;
 /// Fewest intervals of a phase.
 pub(crate) const INTERVALS_MIN: usize = 12;
 /// Most intervals of a phase.
-pub(crate) const INTERVALS_MAX: usize = 64;
+pub(crate) const INTERVALS_MAX: usize = 96;
 /// Largest motion of a joint between two points, rad or m.
 pub(crate) const JOINT_STEP_MAX: f64 = 0.3;
+
+// Followed motions.
+
+/// Fewest intervals between keys of a spline along a searched motion.
+pub(crate) const FOLLOWED_KEYS_MIN: usize = 4;
+/// Most intervals between keys of a spline along a searched motion.
+pub(crate) const FOLLOWED_KEYS_MAX: usize = 48;
+/// Intervals between points for each interval between keys of a followed motion.
+pub(crate) const FOLLOWED_DENSITY: usize = 2;
 
 // The solution for a point.
 

@@ -1,0 +1,89 @@
+//! Times a smooth path piece by piece, from touch-down to touch-down, and writes its chunks.
+
+use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
+
+use crate::base::capacity::ArenaFull;
+use crate::plan::chunk_builder::{ChunkBuilder, Stop, TimedPart};
+use crate::timing::path_timing::{Path, PathTiming};
+
+/// Work units of the limits at one point, and of one point in a profile.
+const UNITS_PER_POINT: u64 = 4;
+/// Pieces whose timing changes as more of the path is known.
+const OPEN_PIECES: usize = 2;
+
+/// Times a path and writes the spans whose times are final.
+#[derive(Debug)]
+pub(crate) struct TimedChunks {
+    timing: PathTiming,
+    /// Number of spans whose limits are known.
+    added: usize,
+    /// Number of spans before the end of each of the last pieces, the latest last.
+    pieces: [usize; OPEN_PIECES + 1],
+    /// Number of spans that are written.
+    written: usize,
+}
+
+impl TimedChunks {
+    /// Takes the memory of a timing.
+    pub fn new(timing: PathTiming) -> Self {
+        Self { timing, added: 0, pieces: [0; OPEN_PIECES + 1], written: 0 }
+    }
+
+    /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
+    /// all chunks are written.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn advance(
+        &mut self,
+        path: Path<'_>,
+        chunks: &mut ChunkBuilder,
+    ) -> Result<Option<u64>, ArenaFull> {
+        if self.added == 0 {
+            self.timing.begin();
+        }
+        let is_complete = self.added == path.spans.len();
+        if self.written < self.timing.final_spans(is_complete) {
+            self.written += 1;
+            return self.write(path, self.written - 1, chunks).map(Some);
+        }
+        if is_complete {
+            return Ok(None);
+        }
+        let span = &path.spans[self.added];
+        let points = (span.last - span.first + 1) as u64;
+        self.timing.add_span(path)?;
+        self.added += 1;
+        let mut units = UNITS_PER_POINT * points;
+        let is_single = span.contacts.len() == 1;
+        let lands = path.spans.get(self.added).is_none_or(|next| next.contacts.len() > 1);
+        if self.added == path.spans.len() || is_single && lands {
+            self.pieces.rotate_left(1);
+            self.pieces[OPEN_PIECES] = self.added;
+            self.timing.solve(path, self.pieces[0]);
+            let first = &path.spans[self.pieces[0]];
+            units += UNITS_PER_POINT * (span.last - first.first) as u64;
+        }
+        Ok(Some(units))
+    }
+
+    /// Writes the chunks of a span, of about equal length. Returns their number.
+    fn write(
+        &mut self,
+        path: Path<'_>,
+        index: usize,
+        chunks: &mut ChunkBuilder,
+    ) -> Result<u64, ArenaFull> {
+        let times = self.timing.span_times(index);
+        let count = times.intervals.div_ceil(CHUNK_WAYPOINTS_MAX - 1);
+        for part in 0..count {
+            let [first, last] = [part, part + 1].map(|part| part * times.intervals / count);
+            let [_, end] = [first, last].map(|at| times.at(at, times.intervals));
+            let stop = Stop { brake_at: end, brake_duration: 0.0, resume_duration: 0.0 };
+            let waypoints =
+                (first..last + 1).map(|at| self.timing.waypoint(path, index, &times, at));
+            chunks.append_timed(TimedPart { span: &path.spans[index], stop }, waypoints)?;
+        }
+        Ok(chunks.finalize(count) as u64 + count as u64)
+    }
+}
