@@ -25,7 +25,7 @@ use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
-use surefoot_shared_types::message::{Interpolation, Waypoint};
+use surefoot_shared_types::message::{Interpolation, Ramp, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 
 const FRICTION: f64 = 0.6;
@@ -136,7 +136,7 @@ fn timed(timing: &mut PathTiming, walk: &SmoothWalk) -> Vec<Vec<Waypoint>> {
     for _ in &walk.spans {
         timing.add_span(path).unwrap();
     }
-    timing.solve(path, walk.spans.len());
+    assert!(timing.solve(path, walk.spans.len()));
     (0..walk.spans.len())
         .map(|span| {
             let times = timing.span_times(span);
@@ -305,7 +305,7 @@ fn a_window_ends_at_rest_and_costs_little_time() {
     for count in 1..=walk.spans.len() {
         timing.add_span(path).unwrap();
         let known_path = Path { spans: &walk.spans[..count], ..path };
-        timing.solve(known_path, count.saturating_sub(4));
+        assert!(timing.solve(known_path, count.saturating_sub(4)));
         println!("{count} {:.3} {:?}", timing.law().end(), timing.stats());
         let end = timing.final_spans(count == walk.spans.len());
         for span in known.len()..end {
@@ -320,4 +320,55 @@ fn a_window_ends_at_rest_and_costs_little_time() {
     assert_eq!(known.len(), walk.spans.len());
     assert_eq!(timing.stats().rests, 0);
     assert!(timing.law().end() < 1.05 * whole, "{} {whole}", timing.law().end());
+}
+
+#[test]
+fn every_chunk_holds_a_stop_within_the_limits() {
+    let model = hubo();
+    let robot = InverseDynamics::new(&model);
+    let walk = smooth_walk(&model, 4, 0.12);
+    let mut timing = timing_of(&model, &walk);
+    let spans = timed(&mut timing, &walk);
+    let all: Vec<Waypoint> = spans.concat();
+    let (mut brake_after, mut longest, mut latest) = (0.0, 0.0_f64, f64::INFINITY);
+    for (index, waypoints) in spans.iter().enumerate() {
+        for chunk in chunks(waypoints) {
+            let (begin, end) = (chunk[0].time, chunk[chunk.len() - 1].time);
+            let stop = timing.stop(brake_after, end).unwrap();
+            println!("{index} {begin:.3}..{end:.3} {stop:?}");
+            let rest = stop.brake_at + 0.5 * stop.brake_duration;
+            assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);
+            longest = longest.max(stop.brake_duration);
+            latest = latest.min(stop.brake_at - begin);
+            let ramps = [
+                (stop.brake_at, Ramp::Brake { seconds: stop.brake_duration }),
+                (rest, Ramp::Resume { seconds: stop.resume_duration }),
+            ];
+            for (from, ramp) in ramps {
+                for tick in 0..=40 {
+                    let at = ramp.at(ramp.seconds() * f64::from(tick) / 40.0);
+                    let time = (from + at.elapsed).min(timing.law().end());
+                    let planned = Interpolation::Quintic.sample(&all, time);
+                    let sample = at.apply(&planned);
+                    let span = &walk.spans[spans
+                        .iter()
+                        .position(|span| span[span.len() - 1].time >= time - 1e-9)
+                        .unwrap()];
+                    let instant = Instant::new((&model, &robot), span, &sample);
+                    assert!(instant.pressure_margin() >= 0.016, "{ramp:?} {tick}");
+                    assert!(instant.torque_use() <= 1.01 && instant.speed_use() <= 1.0);
+                }
+            }
+            brake_after = stop.brake_at;
+        }
+    }
+    println!("longest {longest:.3} s, least wait {latest:.3} s");
+    assert!(longest < 2.0, "{longest}");
+}
+
+/// The chunks of a span: equally long, with at most 32 waypoints.
+fn chunks(waypoints: &[Waypoint]) -> impl Iterator<Item = &[Waypoint]> {
+    let intervals = waypoints.len() - 1;
+    let count = intervals.div_ceil(31);
+    (0..count).map(move |at| &waypoints[intervals * at / count..=intervals * (at + 1) / count])
 }

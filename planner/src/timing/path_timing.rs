@@ -179,30 +179,36 @@ impl PathTiming {
         Ok(())
     }
 
-    /// Times the path known so far, at rest at its end, and fixes the profile of all spans before
-    /// `fixed_spans` of them. Bounded: at most `ROUNDS_MAX + SLOW_DOWNS_MAX` rounds.
-    pub fn solve(&mut self, path: Path<'_>, fixed_spans: usize) {
-        let mut is_within = false;
-        for round in 0..ROUNDS_MAX + SLOW_DOWNS_MAX {
-            let could = self.profile_round();
-            if could && !self.is_beyond(path) {
-                is_within = true;
-                break;
-            }
-            self.stats.rounds += 1;
-            if !could && self.profile.fixed > 0 {
-                break;
-            }
-            self.slow_down(round >= ROUNDS_MAX);
-        }
-        if !is_within && self.profile.fixed > 0 && self.rest_where_the_last_one_ends() {
-            return self.solve(path, fixed_spans);
-        }
+    /// Times the path known so far, at rest at its end, and fixes the profile of the first
+    /// `fixed_spans` spans. Bounded: at most `ROUNDS_MAX + SLOW_DOWNS_MAX` rounds, twice. Returns
+    /// `false` where the path cannot be walked within the limits, however slowly.
+    pub fn solve(&mut self, path: Path<'_>, fixed_spans: usize) -> bool {
+        let is_within =
+            self.search(path) || self.rest_where_the_last_one_ends() && self.search(path);
         self.stats.beyond += u64::from(!is_within);
         self.profile.accepted.clear();
         self.profile.accepted.extend_from_slice(&self.profile.speeds);
         let fixed = self.starts.get(fixed_spans).map_or(self.nodes.len(), |(node, _)| *node);
         self.profile.fixed = fixed.max(self.profile.fixed);
+        is_within
+    }
+
+    /// Slows the open part down until its rounded motion is within the limits. Returns whether it
+    /// is.
+    fn search(&mut self, path: Path<'_>) -> bool {
+        self.nodes[self.profile.fixed..].iter_mut().for_each(|node| node.factor = 1.0);
+        for round in 0..ROUNDS_MAX + SLOW_DOWNS_MAX {
+            let could = self.profile_round();
+            if could && !self.is_beyond(path) {
+                return true;
+            }
+            if self.profile.fixed > 0 && (!could || round >= ROUNDS_MAX) {
+                return false;
+            }
+            self.stats.rounds += 1;
+            self.slow_down(!could || round >= ROUNDS_MAX);
+        }
+        false
     }
 
     /// Computes the profile and its time law. Returns whether the open part can go on from the
@@ -221,7 +227,7 @@ impl PathTiming {
     /// any further than what is fixed.
     fn rest_where_the_last_one_ends(&mut self) -> bool {
         let end = self.profile.accepted.len();
-        if end <= self.profile.fixed || end >= self.nodes.len() {
+        if self.profile.fixed == 0 || end <= self.profile.fixed || end >= self.nodes.len() {
             return false;
         }
         self.profile.speeds[..end].copy_from_slice(&self.profile.accepted);

@@ -49,7 +49,7 @@ pub fn controllable(nodes: &[Node], ceilings: &mut [f64]) {
             }
             let normal = DVec2::new(1.0, 2.0 * step);
             set.clip(normal, ceiling);
-            set.clip(-normal, 0.0);
+            set.clip(-normal, END_ROUNDING);
         }
         let is_last = after.is_none();
         let fastest = set.fastest().map_or(0.0, |rate| rate.x.max(0.0));
@@ -60,7 +60,7 @@ pub fn controllable(nodes: &[Node], ceilings: &mut [f64]) {
 }
 
 /// Writes to `speeds` the squared speeds of the fastest motion that begins with `speeds[0]` and
-/// stays below `ceilings`. Returns `false` where it cannot.
+/// stays below `ceilings`. Returns `false` where it cannot, or where it does not get anywhere.
 pub fn fastest(nodes: &[Node], ceilings: &[f64], speeds: &mut [f64]) -> bool {
     if speeds.is_empty() {
         return true;
@@ -79,18 +79,23 @@ pub fn fastest(nodes: &[Node], ceilings: &[f64], speeds: &mut [f64]) -> bool {
         set.clip_by_end(&next.allowed(), step);
         let normal = DVec2::new(1.0, 2.0 * step);
         set.clip(normal, ceilings[index]);
-        set.clip(-normal, 0.0);
+        set.clip(-normal, END_ROUNDING);
         let highest = set.accelerations_at(x).map(|[_, highest]| highest);
         is_within &= highest.is_some();
         let free = (ceilings[index] - x) / (2.0 * step);
         let u = highest.unwrap_or(free);
         speeds[index] = (x + 2.0 * step * u).clamp(0.0, ceilings[index]);
+        is_within &= x.max(speeds[index]) > STANDSTILL;
     }
     is_within
 }
 
 /// Rounding of squared speeds.
 const ROUNDING: f64 = 1e-7;
+/// How far below 0 the squared speed at the end of a cell may be before it counts as 0.
+const END_ROUNDING: f64 = 1e-8;
+/// Squared speed at both ends of a cell that does not get anywhere.
+const STANDSTILL: f64 = 1e-10;
 
 #[cfg(test)]
 mod tests {
