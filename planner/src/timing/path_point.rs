@@ -11,14 +11,14 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Contact, SupportMode};
 
-/// Number of coordinates of a velocity: root linear, root angular (both along world axes), joints.
-pub const VELOCITY_MAX: usize = 6 + JOINTS_MAX;
+/// Number of coordinates of a derivative: root position, root rotation, joints.
+pub const VELOCITY_MAX: usize = crate::robot::inverse_dynamics::VELOCITY_MAX;
 
 /// A configuration on a path with its derivatives by the path's parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathPoint {
-    /// The path's parameter, strictly increasing within a span. Its unit is free; good is the
-    /// expected time, s.
+    /// The path's parameter, strictly increasing within a span: about the time that the motion
+    /// takes, s. Timing goes up to `RATE_MAX` times as fast.
     pub parameter: f64,
     /// Pose of the root in the world.
     pub world_from_root: Pose,
