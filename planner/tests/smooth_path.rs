@@ -14,7 +14,7 @@ use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_planner::timing::path_point::{PathPoint, PathSpan};
 use surefoot_planner::{Outcome, Planner};
 use surefoot_shared_types::base::spatial::{rotation_distance, scaled_axis_from_rotation};
-use surefoot_shared_types::config::execution::Motion;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::planner::FOOT_DRIFT_MAX;
 
 /// Largest distance of a stance sole from its foothold, m and rad.
@@ -25,9 +25,11 @@ const JUMP_MAX: f64 = 1e-3;
 
 fn smooth_planner(name: &str) -> Planner {
     let mut case = Case::shipped(name);
-    case.scenario.execution.motion = Motion::Smooth;
+    case.scenario.execution.motion = MotionKind::Smooth;
     let mut planner = case.planner(1);
+    let begin = std::time::Instant::now();
     assert_eq!(run(&mut planner, 20_000), Outcome::Found, "{name}");
+    println!("{name}: {:?}", begin.elapsed());
     planner
 }
 
@@ -122,6 +124,9 @@ fn check_path(name: &str) -> [u64; 2] {
     let heights = roots.map(|root| root.z);
     let [low, high] = [heights.clone().fold(f64::MAX, f64::min), heights.fold(f64::MIN, f64::max)];
     println!("{name}: {way} m, height {low} to {high}");
+    let chunks = planner.chunks();
+    let end = chunks.last().unwrap().waypoints().last().unwrap().time;
+    println!("{name}: {} chunks, {} s, {} steps, {} s a step", chunks.len(), end, planner.steps(), end / planner.steps() as f64);
     for span in &spans[..spans.len().min(9)] {
         let parameters = [span.first, span.last].map(|index| points[index].parameter);
         println!("  {:?} {parameters:?} {} points", span.support, span.last - span.first + 1);

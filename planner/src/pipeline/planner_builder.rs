@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::config::execution::Motion;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState};
 use surefoot_shared_types::robot::model::RobotModel;
@@ -175,7 +175,7 @@ impl<'a> PlannerBuilder<'a> {
             recovery: RecoveryStage::default(),
             shortcuts: ShortcutStage::new(edges_max),
             smooth_path: SmoothPathStage::new(
-                self.scenario.execution.motion == Motion::Smooth,
+                self.scenario.execution.motion == MotionKind::Smooth,
                 edges_max,
                 config.waypoints_max as usize,
             ),
@@ -249,7 +249,7 @@ impl<'a> PlannerBuilder<'a> {
         let execution = &self.scenario.execution;
         let limits = TimingLimits::new(self.model, execution.share, self.world.mu);
         let points_max = self.scenario.planner.waypoints_max as usize;
-        (execution.motion == Motion::Smooth)
+        (execution.motion == MotionKind::Smooth)
             .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
     }
 

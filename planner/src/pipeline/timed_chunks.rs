@@ -3,13 +3,17 @@
 use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
 
 use crate::base::capacity::ArenaFull;
-use crate::plan::chunk_builder::{ChunkBuilder, Stop, TimedPart};
+use crate::plan::chunk_builder::{ChunkBuilder, TimedPart};
 use crate::timing::path_timing::{Path, PathTiming};
+use crate::timing::stops::Stop;
 
 /// Work units of the limits at one point, and of one point in a profile.
 const UNITS_PER_POINT: u64 = 4;
 /// Pieces whose timing changes as more of the path is known.
 const OPEN_PIECES: usize = 2;
+
+/// Whether pieces are timed as they become known; else the whole path at once.
+const IN_WINDOWS: bool = false;
 
 /// Times a path and writes the spans whose times are final.
 #[derive(Debug)]
@@ -21,12 +25,14 @@ pub(crate) struct TimedChunks {
     pieces: [usize; OPEN_PIECES + 1],
     /// Number of spans that are written.
     written: usize,
+    /// When the chunk written last brakes, s.
+    brake_after: f64,
 }
 
 impl TimedChunks {
     /// Takes the memory of a timing.
     pub fn new(timing: PathTiming) -> Self {
-        Self { timing, added: 0, pieces: [0; OPEN_PIECES + 1], written: 0 }
+        Self { timing, added: 0, pieces: [0; OPEN_PIECES + 1], written: 0, brake_after: 0.0 }
     }
 
     /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
@@ -57,7 +63,8 @@ impl TimedChunks {
         let mut units = UNITS_PER_POINT * points;
         let is_single = span.contacts.len() == 1;
         let lands = path.spans.get(self.added).is_none_or(|next| next.contacts.len() > 1);
-        if self.added == path.spans.len() || is_single && lands {
+        let solves = if IN_WINDOWS { is_single && lands } else { false };
+        if self.added == path.spans.len() || solves {
             self.pieces.rotate_left(1);
             self.pieces[OPEN_PIECES] = self.added;
             self.timing.solve(path, self.pieces[0]);
@@ -65,6 +72,19 @@ impl TimedChunks {
             units += UNITS_PER_POINT * (span.last - first.first) as u64;
         }
         Ok(Some(units))
+    }
+
+    /// How the robot stops in a chunk that ends at `end` (s). Where no ramp is within the limits, it
+    /// is the longest one.
+    fn stop(&self, end: f64) -> Stop {
+        self.timing.stop(self.brake_after, end).unwrap_or_else(|| {
+            let seconds = 2.0 * (end - self.brake_after);
+            Stop {
+                brake_at: self.brake_after,
+                brake_duration: seconds,
+                resume_duration: seconds,
+            }
+        })
     }
 
     /// Writes the chunks of a span, of about equal length. Returns their number.
@@ -78,8 +98,9 @@ impl TimedChunks {
         let count = times.intervals.div_ceil(CHUNK_WAYPOINTS_MAX - 1);
         for part in 0..count {
             let [first, last] = [part, part + 1].map(|part| part * times.intervals / count);
-            let [_, end] = [first, last].map(|at| times.at(at, times.intervals));
-            let stop = Stop { brake_at: end, brake_duration: 0.0, resume_duration: 0.0 };
+            let end = times.at(last, times.intervals);
+            let stop = self.stop(end);
+            self.brake_after = stop.brake_at;
             let waypoints =
                 (first..last + 1).map(|at| self.timing.waypoint(path, index, &times, at));
             chunks.append_timed(TimedPart { span: &path.spans[index], stop }, waypoints)?;

@@ -13,6 +13,7 @@ use crate::constraints::foothold::Foothold;
 use crate::plan::time_parameterization::{TimeParameterization, accumulate};
 use crate::robot::configuration::Configuration;
 use crate::timing::path_point::PathSpan;
+use crate::timing::stops::Stop;
 
 /// Most waypoints of a chunk after its first one.
 const STEPS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
@@ -66,17 +67,6 @@ pub struct ChunkBuilder {
     /// The last waypoint of a timed path so far, in the path's time.
     last_timed: Option<Waypoint>,
     finalized: FinalizedStream,
-}
-
-/// How the robot stops in a chunk of a timed path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stop {
-    /// The path's time at which it brakes if the next chunk is not there, s.
-    pub brake_at: f64,
-    /// How long it brakes, s.
-    pub brake_duration: f64,
-    /// How long it takes to full speed afterwards, s.
-    pub resume_duration: f64,
 }
 
 /// A part of a timed path that becomes one chunk.
