@@ -332,9 +332,12 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     let all: Vec<Waypoint> = spans.concat();
     let (mut brake_after, mut longest, mut latest) = (0.0, 0.0_f64, f64::INFINITY);
     for (index, waypoints) in spans.iter().enumerate() {
-        for chunk in chunks(waypoints) {
-            let (begin, end) = (chunk[0].time, chunk[chunk.len() - 1].time);
-            let stop = timing.stop(brake_after, end).unwrap();
+        let times = timing.span_times(index);
+        for chunk in 0..times.chunks() {
+            let [first, last] = times.chunk(chunk);
+            let (begin, end) = (waypoints[first].time, waypoints[last].time);
+            assert!(last - first < 32 && times.chunk_times(chunk) == [begin, end]);
+            let stop = timing.stop(index, chunk, brake_after).unwrap();
             println!("{index} {begin:.3}..{end:.3} {stop:?}");
             let rest = stop.brake_at + 0.5 * stop.brake_duration;
             assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);
@@ -355,7 +358,8 @@ fn every_chunk_holds_a_stop_within_the_limits() {
                         .position(|span| span[span.len() - 1].time >= time - 1e-9)
                         .unwrap()];
                     let instant = Instant::new((&model, &robot), span, &sample);
-                    assert!(instant.pressure_margin() >= 0.016, "{ramp:?} {tick}");
+                    let margin = instant.pressure_margin();
+                    assert!(margin >= 0.016, "{ramp:?} {tick} {margin}");
                     assert!(instant.torque_use() <= 1.01 && instant.speed_use() <= 1.0);
                 }
             }
@@ -366,9 +370,48 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     assert!(longest < 2.0, "{longest}");
 }
 
-/// The chunks of a span: equally long, with at most 32 waypoints.
-fn chunks(waypoints: &[Waypoint]) -> impl Iterator<Item = &[Waypoint]> {
-    let intervals = waypoints.len() - 1;
-    let count = intervals.div_ceil(31);
-    (0..count).map(move |at| &waypoints[intervals * at / count..=intervals * (at + 1) / count])
+/// Prints what timing costs; asserts nothing about it.
+#[test]
+fn the_cost_of_a_waypoint_is_printed() {
+    let model = hubo();
+    let walk = smooth_walk(&model, 4, 0.12);
+    let path = Path { points: &walk.points, spans: &walk.spans };
+    let mut timing = timing_of(&model, &walk);
+    for _ in 0..3 {
+        let mut clock = vec![std::time::Instant::now()];
+        timing.begin();
+        for _ in &walk.spans {
+            timing.add_span(path).unwrap();
+        }
+        clock.push(std::time::Instant::now());
+        assert!(timing.solve(path, walk.spans.len()));
+        clock.push(std::time::Instant::now());
+        let (mut waypoints, mut brake_after) = (0, 0.0);
+        for span in 0..walk.spans.len() {
+            let times = timing.span_times(span);
+            for index in 1..=times.intervals {
+                std::hint::black_box(timing.waypoint(path, span, &times, index));
+                waypoints += 1;
+            }
+        }
+        clock.push(std::time::Instant::now());
+        for span in 0..walk.spans.len() {
+            for chunk in 0..timing.span_times(span).chunks() {
+                brake_after = timing.stop(span, chunk, brake_after).unwrap().brake_at;
+            }
+        }
+        clock.push(std::time::Instant::now());
+        let us: Vec<f64> = clock
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).as_secs_f64() * 1e6 / f64::from(waypoints))
+            .collect();
+        println!(
+            "us a waypoint: rates {:.1} (of {} points), profile {:.1}, waypoints {:.1}, stops {:.1}",
+            us[0],
+            walk.points.len(),
+            us[1],
+            us[2],
+            us[3]
+        );
+    }
 }
