@@ -306,7 +306,6 @@ fn a_window_ends_at_rest_and_costs_little_time() {
         timing.add_span(path).unwrap();
         let known_path = Path { spans: &walk.spans[..count], ..path };
         assert!(timing.solve(known_path, count.saturating_sub(4)));
-        println!("{count} {:.3} {:?}", timing.law().end(), timing.stats());
         let end = timing.final_spans(count == walk.spans.len());
         for span in known.len()..end {
             let times = timing.span_times(span);
@@ -368,50 +367,4 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     }
     println!("longest {longest:.3} s, least wait {latest:.3} s");
     assert!(longest < 2.0, "{longest}");
-}
-
-/// Prints what timing costs; asserts nothing about it.
-#[test]
-fn the_cost_of_a_waypoint_is_printed() {
-    let model = hubo();
-    let walk = smooth_walk(&model, 4, 0.12);
-    let path = Path { points: &walk.points, spans: &walk.spans };
-    let mut timing = timing_of(&model, &walk);
-    for _ in 0..3 {
-        let mut clock = vec![std::time::Instant::now()];
-        timing.begin();
-        for _ in &walk.spans {
-            timing.add_span(path).unwrap();
-        }
-        clock.push(std::time::Instant::now());
-        assert!(timing.solve(path, walk.spans.len()));
-        clock.push(std::time::Instant::now());
-        let (mut waypoints, mut brake_after) = (0, 0.0);
-        for span in 0..walk.spans.len() {
-            let times = timing.span_times(span);
-            for index in 1..=times.intervals {
-                std::hint::black_box(timing.waypoint(path, span, &times, index));
-                waypoints += 1;
-            }
-        }
-        clock.push(std::time::Instant::now());
-        for span in 0..walk.spans.len() {
-            for chunk in 0..timing.span_times(span).chunks() {
-                brake_after = timing.stop(span, chunk, brake_after).unwrap().brake_at;
-            }
-        }
-        clock.push(std::time::Instant::now());
-        let us: Vec<f64> = clock
-            .windows(2)
-            .map(|pair| (pair[1] - pair[0]).as_secs_f64() * 1e6 / f64::from(waypoints))
-            .collect();
-        println!(
-            "us a waypoint: rates {:.1} (of {} points), profile {:.1}, waypoints {:.1}, stops {:.1}",
-            us[0],
-            walk.points.len(),
-            us[1],
-            us[2],
-            us[3]
-        );
-    }
 }
