@@ -176,8 +176,8 @@ const INTRODUCTION: &str = "\
 The parameters that a scenario may set in `[planner]`, `[checker]` and `[execution]`.
 `surefoot config show` prints their values; with a scenario, also where each value comes from. The
 tables are those of `shared-types/src/config/parameters.rs`;
-`SUREFOOT_BLESS=1 cargo test --test parameters` rewrites this file. Grey is the thesis that the README names; decision 0003 is
-[0003-planner-margins.md](decisions/0003-planner-margins.md).
+`SUREFOOT_BLESS=1 cargo test --test parameters` rewrites this file. Grey is the thesis that the
+README names; decision 0003 is [0003-planner-margins.md](decisions/0003-planner-margins.md).
 ";
 
 /// The document.

@@ -129,7 +129,7 @@ fn with_cached_executor<T>(use_it: impl FnOnce(&mut ChunkExecutor) -> T) -> T {
 
 #[test]
 fn malformed_messages_are_refused() {
-    let changes: [&dyn Fn(&mut PlanChunk); 23] = [
+    let changes: [&dyn Fn(&mut PlanChunk); 24] = [
         &|chunk| chunk.schema = CHUNK_SCHEMA + 1,
         &|chunk| chunk.flags = 4,
         &|chunk| chunk.flags = FLAG_FIRST,
@@ -154,6 +154,10 @@ fn malformed_messages_are_refused() {
         &|chunk| {
             chunk.interpolation = 1;
             chunk.brake_at = 1.0;
+        },
+        &|chunk| {
+            chunk.interpolation = 1;
+            (chunk.brake_at, chunk.brake_duration) = (3.9, 0.4);
         },
         &|chunk| {
             chunk.interpolation = 1;

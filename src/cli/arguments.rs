@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
-use surefoot_shared_types::config::Motion;
+use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
 use crate::system::cores::{THREADS_MAX, default_threads};
@@ -57,6 +57,59 @@ pub enum Command {
     Bench(BenchArguments),
     /// Report whether this machine can run a walk
     Doctor(DoctorArguments),
+    /// List the scenarios, robots and worlds that the program carries
+    List(ListArguments),
+    /// Write a first scenario, with a world and a robot, to a folder
+    New(NewArguments),
+    /// Draw an exported plan
+    Picture(PictureArguments),
+    /// Print a shell's completions of these commands
+    Completions(CompletionsArguments),
+    /// Write the manual pages of all commands to a folder
+    Man(ManArguments),
+}
+
+/// `surefoot list`.
+#[derive(Debug, Args)]
+pub struct ListArguments {
+    /// Print one JSON object a line
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot new`.
+#[derive(Debug, Args)]
+pub struct NewArguments {
+    /// The folder; it is made if it does not exist
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+}
+
+/// `surefoot picture`.
+#[derive(Debug, Args)]
+pub struct PictureArguments {
+    /// The exported plan
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// The picture: still (.png) or animated (.apng)
+    #[arg(value_name = "OUT.png|OUT.apng")]
+    pub out: PathBuf,
+}
+
+/// `surefoot completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+/// `surefoot man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// The folder; it is made if it does not exist
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }
 
 /// `surefoot walk`.
@@ -115,7 +168,7 @@ pub struct ControlArguments {
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
-    pub motion: Option<Motion>,
+    pub motion: Option<MotionKind>,
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
     pub instance: String,
@@ -209,8 +262,9 @@ fn positive(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
 }
 
-fn motion(name: &str) -> Result<Motion, String> {
-    Motion::from_name(name).ok_or_else(|| format!("one of {} is needed", Motion::NAMES.join(", ")))
+fn motion(name: &str) -> Result<MotionKind, String> {
+    MotionKind::from_name(name)
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
 }
 
 /// `surefoot monitor`.
@@ -279,14 +333,15 @@ pub struct DoctorArguments {
 /// The inputs of a search.
 #[derive(Debug, Args)]
 pub struct SearchArguments {
-    /// The file that names robot, world, start, goal and work limit
+    /// The file that names robot, world, start, goal and work limit, or a name that `surefoot list`
+    /// shows
     pub scenario: PathBuf,
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's: in straight lines with rests, or smoothly
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
-    pub motion: Option<Motion>,
+    pub motion: Option<MotionKind>,
     /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::InputError;
-use surefoot_shared_types::config::Motion;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::robot::load::load_robot;
@@ -14,6 +14,7 @@ use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::SearchArguments;
 use crate::input::preparation_cache;
+use crate::input::shipped::scenario_path;
 use crate::report::command_error::CommandError;
 use crate::report::run_report::RunNames;
 
@@ -23,7 +24,7 @@ pub struct Overrides {
     /// The seed.
     pub seed: Option<u64>,
     /// The motion.
-    pub motion: Option<Motion>,
+    pub motion: Option<MotionKind>,
 }
 
 /// A scenario with its robot and its world.
@@ -56,12 +57,13 @@ impl Overrides {
 }
 
 impl Inputs {
-    /// Loads a scenario, its robot and its world; `overrides` replace the scenario's values.
+    /// Loads a scenario, a file or the name of a shipped one, its robot and its world; `overrides`
+    /// replace the scenario's values.
     ///
     /// # Errors
     /// One of the files cannot be used.
     pub fn load(path: &Path, overrides: Overrides) -> Result<Self, InputError> {
-        let scenario = overrides.apply(load_scenario(path)?);
+        let scenario = overrides.apply(load_scenario(&scenario_path(path)?)?);
         let model = load_robot(&scenario.robot_path)?;
         let world = load_world(&scenario.world_path)?;
         Ok(Self { scenario, model, world })

@@ -79,8 +79,8 @@ fn check_motion(chunk: &PlanChunk) -> Result<(), String> {
     let waypoints = chunk.waypoints();
     let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
     let stands = brake_at + 0.5 * brake_duration;
-    if !(begin <= brake_at && stands <= end + STOP_ROUNDING_MAX) {
-        return Err(format!("it stops between {brake_at} s and {stands} s, outside of its time"));
+    if !(begin <= stands && stands <= end + STOP_ROUNDING_MAX) {
+        return Err(format!("the robot stands at {stands} s, outside of {begin} to {end} s"));
     }
     if interpolation == Interpolation::Linear {
         return check_rests(chunk);

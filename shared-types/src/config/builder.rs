@@ -6,7 +6,7 @@ use crate::base::digest::Digest;
 use crate::base::text_file::{check_numbers, check_positive};
 use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
-use crate::config::scenario::{Scenario, StancePose};
+use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
 use crate::config::validation::check_relations;
 
 /// A parameter that is out of range, or at odds with another one.
@@ -65,8 +65,10 @@ impl ScenarioContent {
             world_path: PathBuf::new(),
             start: self.start,
             goal: self.goal,
-            goal_position_tolerance: self.goal_position_tolerance,
-            goal_yaw_tolerance: self.goal_yaw_tolerance,
+            goal_tolerance: GoalTolerance {
+                position: self.goal_position_tolerance,
+                yaw: self.goal_yaw_tolerance,
+            },
             seed: self.seed,
             planner: self.planner,
             checker: self.checker,

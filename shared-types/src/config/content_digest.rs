@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::base::digest::Digest;
-use crate::config::execution::{ExecutionConfig, Motion};
+use crate::config::execution::{ExecutionConfig, MotionKind};
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{Scenario, StancePose};
 
@@ -41,7 +41,7 @@ impl Scenario {
     }
 
     /// The same scenario with another motion and the digest of the result.
-    pub fn with_motion(self, motion: Motion) -> Self {
+    pub fn with_motion(self, motion: MotionKind) -> Self {
         let execution = ExecutionConfig { motion, ..self.execution };
         let scenario = Self { execution, ..self };
         Self { digest: content_digest(&scenario), ..scenario }
@@ -54,8 +54,8 @@ fn content_digest(scenario: &Scenario) -> Digest {
         seed: scenario.seed,
         start: (&scenario.start).into(),
         goal: (&scenario.goal).into(),
-        goal_position_tolerance: scenario.goal_position_tolerance,
-        goal_yaw_tolerance: scenario.goal_yaw_tolerance,
+        goal_position_tolerance: scenario.goal_tolerance.position,
+        goal_yaw_tolerance: scenario.goal_tolerance.yaw,
         planner: &scenario.planner,
         checker: &scenario.checker,
         execution: &scenario.execution,

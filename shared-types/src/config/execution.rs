@@ -3,7 +3,7 @@
 /// How a plan moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Motion {
+pub enum MotionKind {
     /// In straight lines at slow speeds, with a rest at the end of every chunk.
     #[default]
     QuasiStatic,
@@ -11,7 +11,7 @@ pub enum Motion {
     Smooth,
 }
 
-impl Motion {
+impl MotionKind {
     /// The names of all motions.
     pub const NAMES: [&'static str; 2] = ["quasi_static", "smooth"];
 
@@ -32,13 +32,13 @@ impl Motion {
 #[serde(default, deny_unknown_fields)]
 pub struct ExecutionConfig {
     /// How the plan moves.
-    pub motion: Motion,
+    pub motion: MotionKind,
     /// Largest share of the limits of joint speed and effort that a smooth motion uses, 0 to 1.
     pub share: f64,
 }
 
 impl Default for ExecutionConfig {
     fn default() -> Self {
-        Self { motion: Motion::default(), share: 0.8 }
+        Self { motion: MotionKind::default(), share: 0.8 }
     }
 }

@@ -10,7 +10,7 @@ use crate::base::input_error::InputError;
 use crate::base::text_file::{TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
 use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
-use crate::config::scenario::{Scenario, StancePose};
+use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
 use crate::config::validation::check_relations;
 
 #[derive(Deserialize)]
@@ -56,8 +56,8 @@ struct RawGoal {
 /// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and
 /// `[goal]` (`xyz` in m, `yaw` in rad, `stance_width` in m; the goal also `position_tolerance` in m
 /// and `yaw_tolerance` in rad), and optionally `[planner]` ([`PlannerConfig`]), `[checker]`
-/// ([`CheckerConfig`]) and `[execution]` ([`ExecutionConfig`]). The files of the robot and the world
-/// are not opened.
+/// ([`CheckerConfig`]) and `[execution]` ([`ExecutionConfig`]). The files of the robot and the
+/// world are not opened.
 ///
 /// # Errors
 /// The file cannot be read, a number is out of range, or a margin of the planner is not strictly
@@ -77,8 +77,10 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
         world_path: folder.join(raw.world),
         start,
         goal,
-        goal_position_tolerance: raw_goal.position_tolerance,
-        goal_yaw_tolerance: raw_goal.yaw_tolerance,
+        goal_tolerance: GoalTolerance {
+            position: raw_goal.position_tolerance,
+            yaw: raw_goal.yaw_tolerance,
+        },
         seed: raw.seed,
         planner,
         checker,

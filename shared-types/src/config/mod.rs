@@ -1,5 +1,5 @@
-//! Scenarios: their file format, the parameters of planner, checker and execution, and the relations between
-//! them.
+//! Scenarios: their file format, the parameters of planner, checker and execution, and the
+//! relations between them.
 
 pub mod builder;
 pub(crate) mod content_digest;
@@ -12,5 +12,5 @@ pub mod planner;
 pub mod scenario;
 pub(crate) mod validation;
 
-pub use execution::{ExecutionConfig, Motion};
+pub use execution::{ExecutionConfig, MotionKind};
 pub use planner::{CheckerConfig, PlannerConfig};

@@ -1,6 +1,7 @@
 //! The settable parameters: the fields of [`PlannerConfig`], [`CheckerConfig`] and
 //! [`ExecutionConfig`] with unit, effect, range and source. `docs/PARAMETERS.md` and
-//! `surefoot config show` are made from this table, and the loader of scenarios enforces its ranges.
+//! `surefoot config show` are made from this table, and the loader of scenarios enforces its
+//! ranges.
 //!
 //! [`PlannerConfig`]: crate::config::planner::PlannerConfig
 //! [`CheckerConfig`]: crate::config::planner::CheckerConfig
@@ -9,7 +10,7 @@
 use std::ops::Bound::{self, Excluded, Included};
 
 use crate::base::text_file::NUMBER_MAX;
-use crate::config::execution::Motion;
+use crate::config::execution::MotionKind;
 use crate::config::parameter::{Parameter, Range, Value};
 use crate::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX, FOOT_DRIFT_MAX, FOOT_TURN_MAX};
 
@@ -280,7 +281,7 @@ pub static PARAMETERS: [Parameter; 28] = [
         effect: "How the plan moves: `quasi_static` in straight lines at slow speeds, with a rest \
             at the end of every chunk; `smooth` with continuous accelerations, as fast as the \
             limits allow.",
-        range: Range::Names(&Motion::NAMES),
+        range: Range::Names(&MotionKind::NAMES),
         relation: "",
         source: "both stand in a physical replay at their own times; the default is the slower one",
         value: |_, _, execution| Value::Name(execution.motion.name()),

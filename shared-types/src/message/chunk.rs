@@ -184,8 +184,9 @@ pub struct PlanChunk {
     /// The [`Interpolation`](crate::message::interpolation::Interpolation) between waypoints, as
     /// its wire value.
     pub interpolation: u64,
-    /// The plan time at which the robot brakes if the next chunk is not accepted, s. The time of
-    /// the last waypoint if the chunk ends at rest.
+    /// The plan time at which the robot brakes if the next chunk is not accepted, s; not before
+    /// that of the chunk before, but maybe before the chunk's first waypoint. The time of the last
+    /// waypoint if the chunk ends at rest.
     pub brake_at: f64,
     /// How long the robot brakes, s; 0 if the chunk ends at rest.
     pub brake_duration: f64,

@@ -7,9 +7,9 @@
 //!   interval and jumps at waypoints; the velocities and accelerations of waypoints are 0.
 //! - *Quintic*: each joint and each root coordinate is the polynomial of degree 5 that has the
 //!   position, velocity and acceleration of both waypoints. The root's rotation is
-//!   `R0 exp(phi(t))`, where each coordinate of the rotation vector `phi` is such a polynomial: from
-//!   0 to `log(R0' R1)`, with the derivatives that give the angular velocities and accelerations of
-//!   the waypoints.
+//!   `R0 exp(phi(t))`, where each coordinate of the rotation vector `phi` is such a polynomial:
+//!   from 0 to `log(R0' R1)`, with the derivatives that give the angular velocities and
+//!   accelerations of the waypoints.
 //!
 //! Torques are linear in `s` in both. `biped-plan/1` states the same rule for its optional fields.
 

@@ -37,7 +37,7 @@ fn check_chunk(plan: &PlanFile, chunk: &ChunkBlock, expected: usize) -> Result<(
     }
     let (begin, end) = (plan.waypoints[first].t, plan.waypoints[last].t);
     let stops = brake_at + 0.5 * brake_duration;
-    let is_inside = begin <= brake_at && stops <= end + STOP_ROUNDING_MAX;
+    let is_inside = begin <= stops && stops <= end + STOP_ROUNDING_MAX;
     if is_inside && brake_duration >= 0.0 && resume_duration >= 0.0 {
         return Ok(());
     }

@@ -55,7 +55,7 @@ pub fn plan_from_chunks(
         phases,
         chunks: chunk_blocks,
         start: start_block(robot, scenario, chunks),
-        goal: end_block(robot, &scenario.goal, scenario.goal_position_tolerance),
+        goal: end_block(robot, &scenario.goal, scenario.goal_tolerance.position),
     }
 }
 
