@@ -6,7 +6,7 @@
 //! come to rest within what is known. The rest of the path is timed anew when more of it is known.
 
 use glam::DVec2;
-use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
 use surefoot_shared_types::message::{Interpolation, Waypoint};
 
 use crate::base::arena::reserve;
@@ -19,7 +19,7 @@ use crate::timing::profile::{Node, controllable, fastest};
 use crate::timing::time_law::{PathRates, TimeLaw};
 use crate::timing::timed_robot::TimedRobot;
 use crate::timing::tuning::{
-    INTERVAL_MAX, ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX, SLOWER,
+    INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX, SLOWER,
 };
 
 /// A path: its points, and its spans in order.
@@ -68,6 +68,8 @@ struct Profile {
     slower: Vec<f64>,
     /// Number of nodes whose speeds are fixed.
     fixed: usize,
+    /// Number of spans known in the last search.
+    solved_spans: usize,
 }
 
 /// The times of a span: its beginning, its end (s), and the number of its intervals.
@@ -96,6 +98,7 @@ impl PathTiming {
                 accepted: reserve(nodes_max),
                 slower: reserve(nodes_max),
                 fixed: 0,
+                solved_spans: 0,
             },
             law: TimeLaw::new(nodes_max),
             stats: TimingStats::default(),
@@ -113,7 +116,7 @@ impl PathTiming {
         {
             list.clear();
         }
-        profile.fixed = 0;
+        (profile.fixed, profile.solved_spans) = (0, 0);
         self.stats = TimingStats::default();
     }
 
@@ -196,7 +199,7 @@ impl PathTiming {
     /// Slows the open part down until its rounded motion is within the limits. Returns whether it
     /// is.
     fn search(&mut self, path: Path<'_>) -> bool {
-        self.nodes[self.profile.fixed..].iter_mut().for_each(|node| node.factor = 1.0);
+        self.forget_the_last_end();
         for round in 0..ROUNDS_MAX + SLOW_DOWNS_MAX {
             let could = self.profile_round();
             if could && !self.is_beyond(path) {
@@ -209,6 +212,15 @@ impl PathTiming {
             self.slow_down(!could || round >= ROUNDS_MAX);
         }
         false
+    }
+
+    /// Allows the whole rates again in the last two spans before the end of the path as it was known
+    /// in the search before: there they were shrunk for the rest at that end.
+    fn forget_the_last_end(&mut self) {
+        let span = self.profile.solved_spans.saturating_sub(2);
+        let node = self.starts.get(span).map_or(0, |(node, _)| *node).max(self.profile.fixed);
+        self.nodes[node..].iter_mut().for_each(|node| node.factor = 1.0);
+        self.profile.solved_spans = self.starts.len();
     }
 
     /// Computes the profile and its time law. Returns whether the open part can go on from the
@@ -253,12 +265,13 @@ impl PathTiming {
     /// Whether the rounded motion is beyond a limit anywhere, and notes where to slow down.
     fn is_beyond(&mut self, path: Path<'_>) -> bool {
         let first = self.profile.fixed.saturating_sub(1);
-        let from = if first > 0 { self.law.time_of_node(first) - ROUNDING_TIME } else { 0.0 };
+        let open = if first > 0 { self.law.time_of_node(first) } else { 0.0 };
+        let from = open - if first > 0 { ROUNDING_TIME } else { 0.0 };
         let mut is_beyond = false;
         for span in 0..self.starts.len() {
             let times = self.span_times(span);
-            if times.end > from {
-                is_beyond |= self.rates_are_beyond(span, &times, from);
+            if times.end > open {
+                is_beyond |= self.rates_are_beyond(span, &times, open);
             }
         }
         if is_beyond {
@@ -282,7 +295,7 @@ impl PathTiming {
             if time >= from {
                 let rates = self.law.at(time);
                 let share = self.share_of(span, &rates);
-                if share > 1.0 + SHARE_TOLERANCE {
+                if share > RATES_SHARE_MAX {
                     self.ask_slower(rates.position, rates.speed, SLOWER / share);
                     is_beyond = true;
                 }
@@ -335,7 +348,8 @@ impl PathTiming {
         }
     }
 
-    /// Checks the motion as it is emitted: its waypoints, and the middle between two.
+    /// Checks the motion as it is emitted: at every waypoint, or in the middle before it, by turns.
+    /// Between two samples the rounded motion changes little.
     fn motion_is_beyond(
         &mut self,
         path: Path<'_>,
@@ -344,19 +358,17 @@ impl PathTiming {
         from: f64,
     ) -> bool {
         let mut is_beyond = false;
-        let mut before: Option<Waypoint> = None;
-        for index in 0..=times.intervals {
+        for index in (0..=times.intervals).step_by(2) {
             let here = self.state(path, span, times, index);
-            let middle = before.map(|before| {
-                let time = 0.5 * (before.time + here.time);
-                Interpolation::Quintic.between(&before, &here, time)
-            });
-            for sample in middle.into_iter().chain([here]) {
-                if sample.time >= from {
-                    is_beyond |= self.sample_is_beyond(path, span, &sample);
-                }
+            if here.time >= from {
+                is_beyond |= self.sample_is_beyond(path, span, &here);
             }
-            before = Some(here);
+            if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
+                let next = self.state(path, span, times, index + 1);
+                let middle = 0.5 * (here.time + next.time);
+                let sample = Interpolation::Quintic.between(&here, &next, middle);
+                is_beyond |= self.sample_is_beyond(path, span, &sample);
+            }
         }
         is_beyond
     }
@@ -370,6 +382,11 @@ impl PathTiming {
             self.ask_slower(rates.position, rates.speed, SLOWER / load);
         }
         load > 1.0 + SHARE_TOLERANCE
+    }
+
+    /// Number of spans known so far.
+    pub fn spans(&self) -> usize {
+        self.starts.len()
     }
 
     /// The times of a span.
@@ -435,6 +452,21 @@ impl PathTiming {
 }
 
 impl SpanTimes {
+    /// Number of chunks of the span.
+    pub fn chunks(&self) -> usize {
+        self.intervals.div_ceil(CHUNK_WAYPOINTS_MAX - 1)
+    }
+
+    /// The waypoints of a chunk, the first and the last one: all chunks are about equally long.
+    pub fn chunk(&self, chunk: usize) -> [usize; 2] {
+        [chunk, chunk + 1].map(|at| self.intervals * at / self.chunks())
+    }
+
+    /// Beginning and end of a chunk, s.
+    pub fn chunk_times(&self, chunk: usize) -> [f64; 2] {
+        self.chunk(chunk).map(|index| self.at(index, self.intervals))
+    }
+
     /// The time of an instant of which there are `count` after the first one, s.
     pub fn at(&self, index: usize, count: usize) -> f64 {
         if index == count {

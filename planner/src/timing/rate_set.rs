@@ -67,9 +67,9 @@ impl RateSet {
     }
 
     /// Keeps the rates from which a cell of the path of length `step` ends at rates that `end`
-    /// allows with the same acceleration.
+    /// allows with the same acceleration. That `x` is not negative there is left to the caller.
     pub fn clip_by_end(&mut self, end: &Self, step: f64) {
-        for (normal, offset) in end.sides() {
+        for (normal, offset) in end.sides().filter(|(normal, _)| !is_at_rest(*normal)) {
             self.clip(DVec2::new(normal.x, normal.y + 2.0 * step * normal.x), offset);
         }
     }
@@ -120,7 +120,7 @@ impl RateSet {
         if self.vertices.len() < 3 {
             return f64::NEG_INFINITY;
         }
-        let others = self.sides().filter(|(normal, _)| normal.x > -1.0 + 1e-9);
+        let others = self.sides().filter(|(normal, _)| !is_at_rest(*normal));
         others.map(|(_, offset)| offset).fold(f64::INFINITY, f64::min)
     }
 
@@ -158,6 +158,11 @@ impl RateSet {
             self.vertices.pop();
         }
     }
+}
+
+/// Whether a side is that of the rates with `x = 0`.
+fn is_at_rest(normal: DVec2) -> bool {
+    normal.x < -1.0 + 1e-9
 }
 
 /// Rounding of a speed at the end of its range, relative.

@@ -45,8 +45,15 @@ pub(crate) const SLOWER: f64 = 0.995;
 /// The shortest braking ramp, s.
 pub(crate) const RAMP_SHORTEST: f64 = 0.2;
 /// The ratio of a ramp's duration to that of the next shorter one tried.
-pub(crate) const RAMP_STEP: f64 = 1.15;
+pub(crate) const RAMP_STEP: f64 = 1.12;
 /// Durations of ramps tried, at most.
-pub(crate) const RAMP_STEPS_MAX: usize = 20;
+pub(crate) const RAMP_STEPS_MAX: usize = 26;
 /// Intervals of the samples of a ramp.
-pub(crate) const RAMP_SAMPLES: usize = 24;
+pub(crate) const RAMP_SAMPLES: usize = 32;
+/// Largest share of the rates around a point that a rounded profile takes: less than their distance
+/// to the limits, against which the motion is checked after that.
+pub(crate) const RATES_SHARE_MAX: f64 = 1.01;
+/// Places in a chunk at which braking may end.
+pub(crate) const REST_PLACES: usize = 4;
+/// Chunks after a chunk whose stops are considered for its own.
+pub(crate) const CHUNKS_AHEAD: usize = 2;
