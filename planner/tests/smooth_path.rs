@@ -28,7 +28,9 @@ fn smooth_planner(name: &str) -> Planner {
     case.scenario.execution.motion = MotionKind::Smooth;
     let mut planner = case.planner(1);
     let begin = std::time::Instant::now();
-    assert_eq!(run(&mut planner, 20_000), Outcome::Found, "{name}");
+    let outcome = run(&mut planner, 20_000);
+    println!("{:?}", planner.stats());
+    assert_eq!(outcome, Outcome::Found, "{name}");
     println!("{name}: {:?}", begin.elapsed());
     planner
 }
@@ -57,7 +59,10 @@ fn largest_jump(points: &[PathPoint]) -> f64 {
             let mean = 0.5 * (from.first[index] + to.first[index]);
             mean * step - (to.second[index] - from.second[index]) * step * step / 12.0
         };
-        moved.iter().enumerate().map(|(index, moved)| (moved - expected(index)).abs())
+        moved
+            .iter()
+            .enumerate()
+            .map(|(index, moved)| (moved - expected(index)).abs())
             .fold(0.0, f64::max)
     };
     points.windows(2).map(jump).fold(0.0, f64::max)
@@ -82,7 +87,10 @@ fn check_span(
             let placed = &mode.world_from_soles[limb];
             let error = sole.translation.distance(placed.translation);
             assert!(error < sole_error_max, "{name}: sole {limb} is {error} m away");
-            assert!(rotation_distance(sole.rotation, placed.rotation) < 2.0 * sole_error_max, "{name}");
+            assert!(
+                rotation_distance(sole.rotation, placed.rotation) < 2.0 * sole_error_max,
+                "{name}"
+            );
         }
     }
 }
@@ -103,7 +111,9 @@ fn check_path(name: &str) -> [u64; 2] {
         }
         let jump = largest_jump(span_points);
         worst = worst.max(jump);
-        if jump > JUMP_MAX { println!("{name}: jump of {jump} in span {index}"); }
+        if jump > JUMP_MAX {
+            println!("{name}: jump of {jump} in span {index}");
+        }
         let mode = mode_of_contacts(*support, contacts).unwrap();
         // Between two waypoints of a searched motion the soles drift.
         let is_searched = span_points.iter().all(|point| point.second.iter().all(|x| *x == 0.0));
@@ -115,18 +125,32 @@ fn check_path(name: &str) -> [u64; 2] {
     let stats = planner.stats();
     println!(
         "{name}: {} spans, {} points, {} rests, {} searched phases, {:?}, work {}, jump {worst}",
-        spans.len(), points.len(), stats.rests, stats.searched_phases, stats.rejections, stats.work
+        spans.len(),
+        points.len(),
+        stats.rests,
+        stats.searched_phases,
+        stats.rejections,
+        stats.work
     );
     let roots = points.iter().map(|point| point.world_from_root.translation);
-    let way: f64 = points.windows(2).map(|pair| {
-        pair[0].world_from_root.translation.distance(pair[1].world_from_root.translation)
-    }).sum();
+    let way: f64 = points
+        .windows(2)
+        .map(|pair| {
+            pair[0].world_from_root.translation.distance(pair[1].world_from_root.translation)
+        })
+        .sum();
     let heights = roots.map(|root| root.z);
     let [low, high] = [heights.clone().fold(f64::MAX, f64::min), heights.fold(f64::MIN, f64::max)];
     println!("{name}: {way} m, height {low} to {high}");
     let chunks = planner.chunks();
     let end = chunks.last().unwrap().waypoints().last().unwrap().time;
-    println!("{name}: {} chunks, {} s, {} steps, {} s a step", chunks.len(), end, planner.steps(), end / planner.steps() as f64);
+    println!(
+        "{name}: {} chunks, {} s, {} steps, {} s a step",
+        chunks.len(),
+        end,
+        planner.steps(),
+        end / planner.steps() as f64
+    );
     for span in &spans[..spans.len().min(9)] {
         let parameters = [span.first, span.last].map(|index| points[index].parameter);
         println!("  {:?} {parameters:?} {} points", span.support, span.last - span.first + 1);

@@ -3,8 +3,8 @@
 use std::num::NonZeroUsize;
 
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::MotionKind;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState};
 use surefoot_shared_types::robot::model::RobotModel;

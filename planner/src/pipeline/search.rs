@@ -155,6 +155,8 @@ pub struct SearchStats {
     pub rests: u64,
     /// Phases of a smooth path that keep the searched motion.
     pub searched_phases: u64,
+    /// Pieces of a smooth path that cannot be walked within the limits, however slowly.
+    pub beyond_limits: u64,
     /// Edges of the current guide route.
     pub route_edges: LabelStats,
     /// Edges of the trees of stage P.

@@ -1,7 +1,5 @@
 //! Times a smooth path piece by piece, from touch-down to touch-down, and writes its chunks.
 
-use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
-
 use crate::base::capacity::ArenaFull;
 use crate::plan::chunk_builder::{ChunkBuilder, TimedPart};
 use crate::timing::path_timing::{Path, PathTiming};
@@ -11,9 +9,6 @@ use crate::timing::stops::Stop;
 const UNITS_PER_POINT: u64 = 4;
 /// Pieces whose timing changes as more of the path is known.
 const OPEN_PIECES: usize = 2;
-
-/// Whether pieces are timed as they become known; else the whole path at once.
-const IN_WINDOWS: bool = false;
 
 /// Times a path and writes the spans whose times are final.
 #[derive(Debug)]
@@ -27,12 +22,21 @@ pub(crate) struct TimedChunks {
     written: usize,
     /// When the chunk written last brakes, s.
     brake_after: f64,
+    /// Pieces that cannot be walked within the limits, however slowly.
+    pub beyond: u64,
 }
 
 impl TimedChunks {
     /// Takes the memory of a timing.
     pub fn new(timing: PathTiming) -> Self {
-        Self { timing, added: 0, pieces: [0; OPEN_PIECES + 1], written: 0, brake_after: 0.0 }
+        Self {
+            timing,
+            added: 0,
+            pieces: [0; OPEN_PIECES + 1],
+            written: 0,
+            brake_after: 0.0,
+            beyond: 0,
+        }
     }
 
     /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
@@ -63,31 +67,25 @@ impl TimedChunks {
         let mut units = UNITS_PER_POINT * points;
         let is_single = span.contacts.len() == 1;
         let lands = path.spans.get(self.added).is_none_or(|next| next.contacts.len() > 1);
-        let solves = if IN_WINDOWS { is_single && lands } else { false };
-        if self.added == path.spans.len() || solves {
+        if self.added == path.spans.len() || is_single && lands {
             self.pieces.rotate_left(1);
             self.pieces[OPEN_PIECES] = self.added;
-            self.timing.solve(path, self.pieces[0]);
             let first = &path.spans[self.pieces[0]];
+            self.beyond += u64::from(!self.timing.solve(path, self.pieces[0]));
             units += UNITS_PER_POINT * (span.last - first.first) as u64;
         }
         Ok(Some(units))
     }
 
-    /// How the robot stops in a chunk that ends at `end` (s). Where no ramp is within the limits, it
-    /// is the longest one.
-    fn stop(&self, end: f64) -> Stop {
-        self.timing.stop(self.brake_after, end).unwrap_or_else(|| {
+    /// How the robot stops in a chunk. Where no ramp is within the limits, it is the longest one.
+    fn stop(&self, span: usize, chunk: usize, end: f64) -> Stop {
+        self.timing.stop(span, chunk, self.brake_after).unwrap_or_else(|| {
             let seconds = 2.0 * (end - self.brake_after);
-            Stop {
-                brake_at: self.brake_after,
-                brake_duration: seconds,
-                resume_duration: seconds,
-            }
+            Stop { brake_at: self.brake_after, brake_duration: seconds, resume_duration: seconds }
         })
     }
 
-    /// Writes the chunks of a span, of about equal length. Returns their number.
+    /// Writes the chunks of a span. Returns the work units spent.
     fn write(
         &mut self,
         path: Path<'_>,
@@ -95,11 +93,10 @@ impl TimedChunks {
         chunks: &mut ChunkBuilder,
     ) -> Result<u64, ArenaFull> {
         let times = self.timing.span_times(index);
-        let count = times.intervals.div_ceil(CHUNK_WAYPOINTS_MAX - 1);
+        let count = times.chunks();
         for part in 0..count {
-            let [first, last] = [part, part + 1].map(|part| part * times.intervals / count);
-            let end = times.at(last, times.intervals);
-            let stop = self.stop(end);
+            let [first, last] = times.chunk(part);
+            let stop = self.stop(index, part, times.at(last, times.intervals));
             self.brake_after = stop.brake_at;
             let waypoints =
                 (first..last + 1).map(|at| self.timing.waypoint(path, index, &times, at));

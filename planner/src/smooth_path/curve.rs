@@ -40,11 +40,8 @@ impl Curve {
     pub fn around(&self, at: f64, within: f64) -> WeightedKeys<'_> {
         let last = self.keys.len() - 2;
         let interval = self.kept((libm::floor(at) as usize).min(last), within);
-        let weights = end_weights(
-            at - interval as f64,
-            self.rests[interval],
-            self.rests[interval + 1],
-        );
+        let weights =
+            end_weights(at - interval as f64, self.rests[interval], self.rests[interval + 1]);
         let key = |index: usize| &self.keys[index.min(last + 1)];
         let keys =
             [key(interval.saturating_sub(1)), key(interval), key(interval + 1), key(interval + 2)];

@@ -4,9 +4,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::{
-    rotation_from_scaled_axis, scaled_axis_from_rotation,
-};
+use surefoot_shared_types::base::spatial::{rotation_from_scaled_axis, scaled_axis_from_rotation};
 
 use crate::base::arena::reserve;
 use crate::robot::configuration::{Configuration, midway};
@@ -67,8 +65,8 @@ impl FollowedMotion {
                 fraction => midway(&from, &to, fraction),
             };
             self.state.update(robot, &configuration);
-            let soles = [0, 1]
-                .map(|limb| stance[limb].unwrap_or(self.state.world_from_sole(robot, limb)));
+            let soles =
+                [0, 1].map(|limb| stance[limb].unwrap_or(self.state.world_from_sole(robot, limb)));
             let com = self.state.com.truncate();
             self.keys.push(FollowedKey { configuration, com, world_from_soles: soles });
         }
@@ -112,10 +110,8 @@ impl FollowedMotion {
         };
         let root = &mut configuration.world_from_root;
         root.translation.z = sum(&|key| key.configuration.world_from_root.translation.z);
-        root.rotation = mean_rotation(
-            around.map(|key| key.configuration.world_from_root.rotation),
-            weights,
-        );
+        root.rotation =
+            mean_rotation(around.map(|key| key.configuration.world_from_root.rotation), weights);
         for joint in &robot.free_joints {
             configuration.q[joint.index] = sum(&|key| key.configuration.q[joint.index]);
         }

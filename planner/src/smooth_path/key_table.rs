@@ -189,10 +189,6 @@ impl KeySource<'_> {
         let rotation = around.rotation();
         let position = around.com() - (rotation * robot.standing_com).truncate();
         let soles = curve.soles(&self.plan, self.layout, place);
-        robot.root_height(
-            &Pose::from_parts(position.extend(0.0), rotation),
-            &soles,
-            [extension; 2],
-        )
+        robot.root_height(&Pose::from_parts(position.extend(0.0), rotation), &soles, [extension; 2])
     }
 }

@@ -24,8 +24,8 @@ impl PhaseCheck {
     }
 
     /// Begins a phase.
-    pub fn begin(&mut self, grid: PhaseGrid) {
-        self.points.begin(grid);
+    pub fn begin(&mut self, grid: PhaseGrid, rests: [bool; 2]) {
+        self.points.begin(grid, rests);
     }
 
     /// Makes and checks the next configuration. Returns whether the phase is complete.

@@ -2,6 +2,7 @@
 //! derivatives.
 
 use glam::DVec3;
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::scaled_axis_from_rotation;
 
@@ -15,8 +16,8 @@ use crate::smooth_path::layout::swing_of;
 use crate::smooth_path::posture_solver::PostureSolver;
 use crate::smooth_path::track::Track;
 use crate::smooth_path::tuning::{
-    FOLLOWED_DENSITY, INTERVALS_MAX, INTERVALS_MIN, JOINT_STEP_MAX, KEY_SECONDS, POINT_STEP, REST_DIFFERENCE_MAX,
-    SWING_POINT_STEP,
+    FOLLOWED_DENSITY, INTERVALS_MAX, INTERVALS_MIN, JOINT_STEP_MAX, KEY_SECONDS, POINT_STEP,
+    REST_DIFFERENCE_MAX, SWING_POINT_STEP,
 };
 use crate::timing::path_point::{PathPoint, VELOCITY_MAX};
 
@@ -101,6 +102,8 @@ pub(crate) struct PhasePoints {
     pub kinematic_states: [KinematicState; 2],
     /// Index of the state of the last configuration.
     pub current: usize,
+    /// Whether the robot rests at the beginning and at the end.
+    rests: [bool; 2],
     solver: PostureSolver,
 }
 
@@ -112,13 +115,14 @@ impl PhasePoints {
             configurations: reserve(INTERVALS_MAX + 1 + 2 * BEYOND),
             kinematic_states: Default::default(),
             current: 0,
+            rests: [false; 2],
             solver: PostureSolver::default(),
         }
     }
 
     /// Begins a phase.
-    pub fn begin(&mut self, grid: PhaseGrid) {
-        self.grid = grid;
+    pub fn begin(&mut self, grid: PhaseGrid, rests: [bool; 2]) {
+        (self.grid, self.rests) = (grid, rests);
         self.configurations.clear();
         self.solver = PostureSolver::default();
     }
@@ -128,12 +132,25 @@ impl PhasePoints {
         self.configurations.len() == self.grid.len()
     }
 
-    /// Makes the next configuration.
+    /// Makes the next configuration. Those beyond a rest are mirror images of those before it, so
+    /// that the second derivatives are zero there.
     ///
     /// # Errors
     /// The constraint that it violates.
     pub fn advance(&mut self, source: &KeySource<'_>, track: Track<'_>) -> Result<(), Rejection> {
         let index = self.configurations.len();
+        let last = BEYOND + self.grid.intervals;
+        if index < BEYOND && self.rests[0] {
+            let first = self.guess(source);
+            self.configurations.push(first);
+            return Ok(());
+        }
+        if index > last && self.rests[1] {
+            let image =
+                mirrored(&self.configurations[last], &self.configurations[2 * last - index]);
+            self.configurations.push(image);
+            return Ok(());
+        }
         let place = self.grid.place(index);
         let mut configuration = self.guess(source);
         let (com, soles) = track.pose(source, &self.grid, place, &mut configuration);
@@ -151,8 +168,14 @@ impl PhasePoints {
         {
             return Err(Rejection::Discontinuous);
         }
-        self.check_rest(source, track, index, &mut configuration)?;
+        self.check_rest(source, index, &mut configuration)?;
         self.configurations.push(configuration);
+        if index == 2 * BEYOND && self.rests[0] {
+            for beyond in 1..=BEYOND {
+                self.configurations[BEYOND - beyond] =
+                    mirrored(&self.configurations[BEYOND], &self.configurations[BEYOND + beyond]);
+            }
+        }
         Ok(())
     }
 
@@ -181,7 +204,6 @@ impl PhasePoints {
     fn check_rest(
         &self,
         source: &KeySource<'_>,
-        track: Track<'_>,
         index: usize,
         configuration: &mut Configuration,
     ) -> Result<(), Rejection> {
@@ -191,7 +213,7 @@ impl PhasePoints {
             index if index == BEYOND + self.grid.intervals => last,
             _ => return Ok(()),
         };
-        if !track.rests_at(key) {
+        if !self.rests[usize::from(index > BEYOND)] {
             return Ok(());
         }
         let planned = source.plan.roadmap.state(source.rest_node(key)).configuration;
@@ -212,8 +234,7 @@ impl PhasePoints {
         let [mut first, mut second] = [[0.0; VELOCITY_MAX]; 2];
         let here_rotation = here.world_from_root.rotation;
         for (at, other) in around.iter().enumerate() {
-            let weights =
-                [DIFFERENCES[0][at] / step, DIFFERENCES[1][at] / (step * step)];
+            let weights = [DIFFERENCES[0][at] / step, DIFFERENCES[1][at] / (step * step)];
             let mut difference = [0.0; VELOCITY_MAX];
             let shift = other.world_from_root.translation - here.world_from_root.translation;
             let turn: DVec3 = scaled_axis_from_rotation(
@@ -229,13 +250,17 @@ impl PhasePoints {
                 second[index] += weights[1] * difference;
             }
         }
-        PathPoint {
-            parameter,
-            world_from_root: here.world_from_root,
-            q: here.q,
-            first,
-            second,
-        }
+        PathPoint { parameter, world_from_root: here.world_from_root, q: here.q, first, second }
+    }
+}
+
+/// The mirror image of a configuration at another one.
+fn mirrored(at: &Configuration, other: &Configuration) -> Configuration {
+    let [center, root] = [&at.world_from_root, &other.world_from_root];
+    let rotation = center.rotation * root.rotation.conjugate() * center.rotation;
+    Configuration {
+        world_from_root: Pose::from_parts(2.0 * center.translation - root.translation, rotation),
+        q: std::array::from_fn(|joint| 2.0 * at.q[joint] - other.q[joint]),
     }
 }
 

@@ -40,15 +40,24 @@ enum PhaseState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     /// The keys of a stance.
-    Keys { swing: usize },
+    Keys {
+        swing: usize,
+    },
     /// The ends of a swing and the heights of its stance.
-    Heights { swing: usize },
+    Heights {
+        swing: usize,
+    },
     /// The check of the first open phase.
     Choose,
     /// The next configuration of the phase that is checked.
-    Check { phase: usize },
+    Check {
+        phase: usize,
+    },
     /// The points of a phase; of a searched motion those from waypoint `next` on.
-    Write { phase: usize, next: usize },
+    Write {
+        phase: usize,
+        next: usize,
+    },
     Over,
 }
 
@@ -195,9 +204,10 @@ impl Smoother {
 
     /// Begins with the check of the first open phase; without one, with the points.
     fn choose(&mut self, inputs: &SmoothingInputs<'_>) {
-        let open = self.states.iter().position(|state| {
-            matches!(state, PhaseState::Open | PhaseState::OpenFollowed)
-        });
+        let open = self
+            .states
+            .iter()
+            .position(|state| matches!(state, PhaseState::Open | PhaseState::OpenFollowed));
         let Some(phase) = open else {
             self.points.clear();
             self.spans.clear();
@@ -206,7 +216,7 @@ impl Smoother {
         };
         match self.grid(inputs, phase) {
             Some(grid) => {
-                self.check.begin(grid);
+                self.check.begin(grid, self.rests_of(phase));
                 self.task = Task::Check { phase };
             }
             None => self.reject(inputs, phase),
@@ -220,11 +230,15 @@ impl Smoother {
         }
         let edges = self.layout.edges(phase);
         let mode = inputs.plan.roadmap.mode(inputs.plan.edge(edges.start));
-        let stance =
-            [0, 1].map(|limb| mode.is_stance(limb).then_some(mode.world_from_soles[limb]));
+        let stance = [0, 1].map(|limb| mode.is_stance(limb).then_some(mode.world_from_soles[limb]));
         let searched = SearchedPhase { plan: inputs.plan, edges };
         self.followed.begin(&inputs.constraints.robot, &searched, stance);
         (self.followed.end() > 0).then(|| PhaseGrid::followed(phase, self.followed.end()))
+    }
+
+    /// Whether the robot rests at the beginning and at the end of a phase.
+    fn rests_of(&self, phase: usize) -> [bool; 2] {
+        self.layout.end_keys(phase).map(|key| self.curve.rests[key])
     }
 
     /// A phase failed: its stances are varied, or it keeps more of the searched motion.
@@ -326,7 +340,7 @@ impl Smoother {
         if next == 0
             && let Some(grid) = self.grid(inputs, phase)
         {
-            self.written.begin(grid);
+            self.written.begin(grid, self.rests_of(phase));
         }
         let track = match self.states[phase] {
             PhaseState::Smooth => Track::Curve(&self.curve),

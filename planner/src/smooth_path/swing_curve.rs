@@ -3,9 +3,7 @@
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::{
-    rotation_from_scaled_axis, scaled_axis_from_rotation,
-};
+use surefoot_shared_types::base::spatial::{rotation_from_scaled_axis, scaled_axis_from_rotation};
 
 use crate::smooth_path::spline::smooth_step;
 use crate::smooth_path::tuning::NORMAL_LIFT;

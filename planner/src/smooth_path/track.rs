@@ -53,12 +53,4 @@ impl Track<'_> {
             Self::Followed(motion) => motion.distance_aside(place),
         }
     }
-
-    /// Whether the robot rests at a key of the curve.
-    pub fn rests_at(&self, key: usize) -> bool {
-        match self {
-            Self::Curve(curve) => curve.rests[key],
-            Self::Followed(_) => true,
-        }
-    }
 }
