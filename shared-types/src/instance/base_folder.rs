@@ -84,8 +84,7 @@ fn ensure_beside(parent: &Path) -> Result<PathBuf, InstanceError> {
 /// The private folders of this user in `parent` whose names end with a token, sorted.
 fn with_token(parent: &Path) -> Result<Vec<PathBuf>, InstanceError> {
     let prefix = format!("{}-", plain_name());
-    let is_candidate =
-        |name: &String| name.strip_prefix(&prefix).is_some_and(|token| Token::is_token(token));
+    let is_candidate = |name: &String| name.strip_prefix(&prefix).is_some_and(Token::is_token);
     Ok(directory::child_names(parent)?
         .into_iter()
         .filter(is_candidate)
