@@ -47,6 +47,11 @@ pub const PEER_POLLING_TIME: Duration = Duration::from_micros(250);
 
 // Opening instances and services.
 
+/// Attempts to create a base folder with a random name.
+pub(crate) const BASE_ATTEMPTS_MAX: usize = 20;
+/// Time in which all processes that create such a folder at once see each other's.
+pub(crate) const BASE_SETTLE_TIME: Duration = Duration::from_millis(20);
+
 /// Attempts to lock an instance that another process creates or removes.
 pub(crate) const LOCK_ATTEMPTS_MAX: usize = 20;
 /// Time between two of these attempts.
