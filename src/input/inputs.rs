@@ -4,6 +4,7 @@ use std::path::Path;
 
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::InputError;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::robot::load::load_robot;
@@ -11,10 +12,20 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 
+use crate::cli::arguments::SearchArguments;
 use crate::input::preparation_cache;
 use crate::input::shipped::scenario_path;
 use crate::report::command_error::CommandError;
 use crate::report::run_report::RunNames;
+
+/// What the command line sets instead of the scenario file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Overrides {
+    /// The seed.
+    pub seed: Option<u64>,
+    /// The motion.
+    pub motion: Option<MotionKind>,
+}
 
 /// A scenario with its robot and its world.
 #[derive(Debug, Clone)]
@@ -27,18 +38,32 @@ pub struct Inputs {
     pub world: World,
 }
 
-impl Inputs {
-    /// Loads a scenario, a file or the name of a shipped one, its robot and its world; `seed`
-    /// replaces the scenario's.
-    ///
-    /// # Errors
-    /// One of the files cannot be used.
-    pub fn load(path: &Path, seed: Option<u64>) -> Result<Self, InputError> {
-        let scenario = load_scenario(&scenario_path(path)?)?;
-        let scenario = match seed {
+impl Overrides {
+    /// Those of a search.
+    pub fn of(search: &SearchArguments) -> Self {
+        Self { seed: search.seed, motion: search.motion }
+    }
+
+    fn apply(self, scenario: Scenario) -> Scenario {
+        let scenario = match self.seed {
             Some(seed) => scenario.with_seed(seed),
             None => scenario,
         };
+        match self.motion {
+            Some(motion) => scenario.with_motion(motion),
+            None => scenario,
+        }
+    }
+}
+
+impl Inputs {
+    /// Loads a scenario, a file or the name of a shipped one, its robot and its world; `overrides`
+    /// replace the scenario's values.
+    ///
+    /// # Errors
+    /// One of the files cannot be used.
+    pub fn load(path: &Path, overrides: Overrides) -> Result<Self, InputError> {
+        let scenario = overrides.apply(load_scenario(&scenario_path(path)?)?);
         let model = load_robot(&scenario.robot_path)?;
         let world = load_world(&scenario.world_path)?;
         Ok(Self { scenario, model, world })

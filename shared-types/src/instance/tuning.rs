@@ -32,7 +32,7 @@ pub const STATE_BUFFER: usize = 256;
 pub const STATE_POOL: usize = READERS_MAX * (STATE_BUFFER + BORROWED_MAX) + 1 + LOANS_AHEAD;
 /// Shared memory that one process takes at most, KiB: its pool of chunks, its feedback and
 /// iceoryx2's own tables.
-pub(crate) const NEEDED_KIB: u64 = 8 * 1024;
+pub(crate) const NEEDED_KIB: u64 = 12 * 1024;
 
 // Waiting for a peer.
 
