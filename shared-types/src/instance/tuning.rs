@@ -49,8 +49,10 @@ pub const PEER_POLLING_TIME: Duration = Duration::from_micros(250);
 
 /// Attempts to create a base folder with a random name.
 pub(crate) const BASE_ATTEMPTS_MAX: usize = 20;
-/// Time in which all processes that create such a folder at once see each other's.
-pub(crate) const BASE_SETTLE_TIME: Duration = Duration::from_millis(20);
+/// Attempts to lock the folder that holds it, and the pause between them: half a second in all.
+pub(crate) const BASE_LOCK_ATTEMPTS_MAX: usize = 100;
+/// See [`BASE_LOCK_ATTEMPTS_MAX`].
+pub(crate) const BASE_LOCK_PAUSE: Duration = Duration::from_millis(5);
 
 /// Attempts to lock an instance that another process creates or removes.
 pub(crate) const LOCK_ATTEMPTS_MAX: usize = 20;
