@@ -5,10 +5,11 @@ use std::ops::Bound;
 use std::path::Path;
 
 use serde_json::json;
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::parameter::{Parameter, Range, Value};
 use surefoot_shared_types::config::parameter_lines::parameter_lines;
 use surefoot_shared_types::config::parameters::PARAMETERS;
+use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
 
 use crate::cli::arguments::ConfigShowArguments;
@@ -37,8 +38,9 @@ pub fn run(arguments: &ConfigShowArguments) -> Result<CommandOutcome, CommandErr
 fn configuration(scenario: Option<&Path>) -> Result<Configuration<'_>, CommandError> {
     let (planner, checker, lines) = match scenario {
         Some(path) => {
-            let loaded = load_scenario(path)?;
-            (loaded.planner, loaded.checker, parameter_lines(path)?)
+            let source = ScenarioSource::read(path)?;
+            let loaded = scenario_of(&source)?;
+            (loaded.planner, loaded.checker, parameter_lines(&source)?)
         }
         None => Default::default(),
     };

@@ -22,6 +22,8 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Bench(arguments) => command::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),
     };
+    // A signal that came at the very end is not forgotten.
+    let result = result.and_then(|outcome| CommandError::unless_interrupted().map(|()| outcome));
     match result {
         Ok(_) if terminal::has_lost_output() => {
             terminal::print_error(&CommandError::ResultNotPrinted);

@@ -9,6 +9,7 @@ pub mod parameter_lines;
 pub mod parameters;
 pub mod planner;
 pub mod scenario;
+pub mod scenario_source;
 pub(crate) mod validation;
 
 pub use planner::{CheckerConfig, PlannerConfig};

@@ -7,20 +7,15 @@ use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-use crate::instance::error::{InstanceError, io_error};
+use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::lock::LOCK_FILE;
 
-/// The folder in which Linux shows POSIX shared memory.
-pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
-
-/// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files
-/// if `/dev/shm` is unusable.
+/// The folder of all instances of this user, in `/dev/shm`: there iceoryx2 puts its segments.
 pub(crate) fn default_base() -> Result<PathBuf, InstanceError> {
-    let folder = format!("surefoot-{}", effective_uid());
-    let base = Path::new(SHARED_MEMORY).join(&folder);
+    let base = Path::new(SHARED_MEMORY).join(format!("surefoot-{}", effective_uid()));
     match ensure_private(&base) {
         Ok(_) => Ok(base),
-        Err(InstanceError::Io { .. }) => Ok(std::env::temp_dir().join(folder)),
+        Err(InstanceError::Io { source, .. }) => Err(InstanceError::NoSharedMemory { source }),
         Err(not_private) => Err(not_private),
     }
 }

@@ -15,7 +15,7 @@ use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
 use crate::instance::capacity;
 use crate::instance::directory;
-use crate::instance::error::InstanceError;
+use crate::instance::error::{InstanceError, SHARED_MEMORY};
 use crate::instance::location::Location;
 use crate::instance::lock;
 use crate::instance::tuning::LOCK_ATTEMPTS_MAX;
@@ -156,7 +156,7 @@ impl Instance {
     /// Checks that shared memory has space for one more process of this instance.
     pub(crate) fn check_capacity(&self) -> Result<(), InstanceError> {
         capacity::check(self.root())?;
-        capacity::check(Path::new(directory::SHARED_MEMORY))
+        capacity::check(Path::new(SHARED_MEMORY))
     }
 
     /// Allocates the memory of all segments of this instance, so that no later access of a page
