@@ -107,7 +107,9 @@ impl Controller {
                     continue;
                 }
                 StreamEnd::Stopped => {
-                    self.report(None)?;
+                    if self.subscriber.feedback().next_sequence > 0 {
+                        self.report(None)?;
+                    }
                     return Err(CommandError::interrupted());
                 }
             };

@@ -18,8 +18,8 @@ const SHARE_PER_STEP: u64 = 16;
 /// Time between two progress events, s.
 const EMIT_INTERVAL_SECONDS: f64 = 0.1;
 
-/// Advances `planner` until its search ends. Reports its progress at intervals, and what is known
-/// if a signal comes.
+/// Advances `planner` until its search ends. Reports its progress at intervals, and its results so
+/// far if a signal comes.
 ///
 /// # Errors
 /// A signal comes, or reporting fails.

@@ -28,7 +28,7 @@ pub(crate) struct FinishArguments<'a> {
 }
 
 /// Ends a command: writes its report, prints its summary, draws its picture, and returns its
-/// outcome. A signal and a file that cannot be written do not keep what is known from being told.
+/// outcome. A signal and a file that cannot be written do not keep the results from being printed.
 pub(crate) fn finish(
     report: &mut Report,
     arguments: FinishArguments<'_>,
@@ -45,11 +45,11 @@ pub(crate) fn finish(
     let json = outputs.json.as_deref().filter(|_| is_reported);
     let written = json.map_or(Ok(()), |path| output_files::write_json(report, path));
     let outcome = run.and_then(|()| report.command_outcome());
-    let is_told = match &outcome {
+    let is_shown = match &outcome {
         Ok(_) | Err(CommandError::Interrupted(_)) => true,
         Err(error) => error.is_output(),
     };
-    if is_told && !is_role {
+    if is_shown && !is_role {
         let text = summary::text(report);
         match output_files::use_standard_output(outputs) {
             true => terminal::print_note(&text),

@@ -93,7 +93,9 @@ impl<'a> Supervisor<'a> {
             stage = match self.step(stage) {
                 Ok(event) => next(stage, event),
                 Err(error) => {
-                    self.processes.end(self.on_event);
+                    if matches!(error, CommandError::Interrupted(_)) {
+                        self.processes.end(self.on_event);
+                    }
                     return Err(error);
                 }
             };

@@ -87,7 +87,7 @@ fn set_action(signal: c_int, handler: libc::sighandler_t, flags: c_int) {
 #[must_use]
 pub struct Deferral(());
 
-/// Records signals until the result is dropped. Whoever holds it checks [`raised`].
+/// Records signals until the result is dropped. The holder checks [`raised`].
 pub fn defer() -> Deferral {
     DEFERRALS.fetch_add(1, Ordering::SeqCst);
     Deferral(())

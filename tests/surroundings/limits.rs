@@ -36,7 +36,7 @@ fn a_limit_of_file_sizes_is_an_error_of_the_write() {
     let output = folder.run("ulimit -f 16; exec $S plan flat.toml --quiet --export plan.json");
     assert_eq!(output.code, 2, "{}", output.err);
     assert!(output.err.contains("plan.json: cannot be written: File too large"), "{}", output.err);
-    assert!(output.out.contains("digest"), "the plan is not told: {}", output.out);
+    assert!(output.out.contains("digest"), "the plan is not shown: {}", output.out);
     assert!(folder.names().is_empty(), "{:?}", folder.names());
     let err = folder.error("ulimit -f 0; exec $S plan flat.toml --quiet >out.txt");
     assert!(err.contains("standard output"), "{err}");

@@ -58,8 +58,8 @@ fn shared_memory_that_is_missing_or_read_only_is_named() {
             let line = format!("unshare -m sh -c '{mount} && {} {command} </dev/null'", "$S");
             let output = folder.run(&line);
             assert_eq!(output.code, 2, "{command}: {}", output.err);
-            let told = format!("{}{}", output.out, output.err);
-            assert!(told.contains("/dev/shm") && told.contains(reason), "{command}: {told}");
+            let text = format!("{}{}", output.out, output.err);
+            assert!(text.contains("/dev/shm") && text.contains(reason), "{command}: {text}");
             assert_eq!(output.err.lines().count(), 1, "{}", output.err);
         }
         folder.good(&format!("unshare -m sh -c '{mount} && $S plan flat.toml --quiet </dev/null'"));

@@ -1,5 +1,5 @@
-//! The files that a run writes: what cannot be written is said before the work, nothing is left
-//! half-written, and what is there keeps its permissions and links.
+//! The files that a run writes: a path that cannot be written is refused before the search, nothing
+//! is left half-written, and a file that exists keeps its permissions and links.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -9,7 +9,7 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use crate::shell::Folder;
 
 #[test]
-fn unwritable_outputs_are_said_before_the_search() {
+fn unwritable_outputs_are_refused_before_the_search() {
     let folder = Folder::new();
     folder.good("echo mine >kept; chmod 444 kept; mkdir inner; ln -s loop loop; ln -s no/a hole");
     let long = "x".repeat(300);
@@ -41,7 +41,7 @@ fn unwritable_outputs_are_said_before_the_search() {
 }
 
 #[test]
-fn what_is_there_keeps_its_permissions_and_its_links() {
+fn an_existing_file_keeps_its_permissions_and_its_links() {
     let folder = Folder::new();
     folder.good("mkdir inner; echo mine >inner/a; chmod 640 inner/a; ln -s inner/a link");
     folder.good("$S plan flat.toml --quiet --export link --json inner/b");

@@ -95,7 +95,7 @@ fn a_signal_while_a_picture_is_drawn_or_written_ends() {
 }
 
 #[test]
-fn what_a_search_knows_is_told_when_it_is_ended() {
+fn what_a_search_knows_is_reported_when_it_is_ended() {
     let folder = Folder::new();
     for command in ["plan", "walk"] {
         let mut child = folder.start(&format!("exec $S {command} endless.toml --json report.json"));
@@ -118,7 +118,7 @@ fn what_a_search_knows_is_told_when_it_is_ended() {
 }
 
 #[test]
-fn what_was_walked_is_told_when_a_walk_is_ended() {
+fn what_was_walked_is_reported_when_a_walk_is_ended() {
     let folder = Folder::new();
     let mut child =
         folder.start("exec $S walk flat.toml --rate 0.05 --json report.json 2>&1 >out.txt");

@@ -80,7 +80,7 @@ pub fn is_stream(path: &Path) -> bool {
     matches!(Destination::of(path), Ok(Destination::Descriptor(_) | Destination::Stream(_)))
 }
 
-/// The file that `path` names behind all links, for comparisons; `None` for what is no file.
+/// The file that `path` names behind all links, for comparisons; `None` for a stream.
 pub fn target_of(path: &Path) -> Option<PathBuf> {
     let Ok(Destination::File(target)) = Destination::of(path) else { return None };
     Some(folder_of(&target).canonicalize().ok()?.join(target.file_name()?))
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_said_by_the_check() {
+    fn the_check_refuses_paths_that_cannot_be_written() {
         let folder = folder();
         let at = |name: &str| folder.path().join(name);
         symlink("loop", at("loop")).unwrap();
