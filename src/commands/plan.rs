@@ -48,7 +48,7 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
         lock_memory();
     }
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
-    output_files::check(&arguments.outputs, &inputs)?;
+    output_files::check_run(&arguments.outputs, &inputs)?;
     let preparation = inputs.preparation(arguments.outputs.quiet || arguments.role.report_lines)?;
     let report = Report::new(inputs.names(), arguments.search.threads());
     let reporter = Reporter::new(arguments.role.report_lines, arguments.outputs.quiet);

@@ -27,7 +27,7 @@ use crate::system::signals;
 /// An input cannot be used, an output cannot be written, a process fails, or a signal comes.
 pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
-    output_files::check(&arguments.outputs, &inputs)?;
+    output_files::check_run(&arguments.outputs, &inputs)?;
     if let Some(ground_truth) = &arguments.ground_truth {
         load_world(ground_truth)?;
     }

@@ -13,6 +13,7 @@ use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};
 
 use crate::input::preparation_cache;
+use crate::input::shipped::scenario_path;
 use crate::report::command_error::CommandError;
 use crate::report::run_report::RunNames;
 use crate::system::signals::{self, Activity};
@@ -31,13 +32,14 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Loads a scenario, its robot and its world; `seed` replaces the scenario's.
+    /// Loads a scenario, a file or the name of a shipped one, its robot and its world; `seed`
+    /// replaces the scenario's.
     ///
     /// # Errors
     /// One of the files cannot be used.
     pub fn load(path: &Path, seed: Option<u64>) -> Result<Self, InputError> {
         signals::set_activity(Activity::Reading);
-        let source = ScenarioSource::read(path)?;
+        let source = ScenarioSource::read(&scenario_path(path)?)?;
         let scenario = scenario_of(&source)?;
         let scenario = match seed {
             Some(seed) => scenario.with_seed(seed),

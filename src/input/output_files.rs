@@ -7,6 +7,10 @@ use serde::Serialize;
 use surefoot_shared_types::base::whole_file;
 use surefoot_shared_types::plan_file::write::{check_file_names, plan_from_chunks};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
+use surefoot_shared_types::robot::load::robot_from_block;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::load::world_from_block;
+use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::OutputArguments;
 use crate::input::inputs::Inputs;
@@ -18,21 +22,28 @@ use crate::system::signals::{self, Activity};
 /// Checks that every requested file can be written, so that a long run does not fail at its end.
 ///
 /// # Errors
+/// As [`check`]; also if the plan would name one of its inputs by a path that is no text.
+pub fn check_run(outputs: &OutputArguments, inputs: &Inputs) -> Result<(), CommandError> {
+    check(outputs, &inputs.files())?;
+    match &outputs.export {
+        Some(path) => check_plan_names(path, inputs),
+        None => Ok(()),
+    }
+}
+
+/// Checks that every requested file can be written, and that none is one of `inputs`.
+///
+/// # Errors
 /// A folder is missing or cannot be written to, a path is a folder or write-protected, two paths
-/// name one file, a path names an input, a picture's extension is unknown, or the plan would name
-/// a file by a path that is no text.
-pub fn check(outputs: &OutputArguments, inputs: &Inputs) -> Result<(), CommandError> {
+/// name one file, a path names an input, or a picture's extension is unknown.
+pub fn check(outputs: &OutputArguments, inputs: &[PathBuf]) -> Result<(), CommandError> {
     if let Some(picture) = &outputs.picture {
         check_extension(picture)?;
     }
     let paths: Vec<&PathBuf> =
         [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().collect();
     paths.iter().try_for_each(|path| check_path(path))?;
-    check_distinct(&paths, &inputs.files())?;
-    match &outputs.export {
-        Some(path) => check_plan_names(path, inputs),
-        None => Ok(()),
-    }
+    check_distinct(&paths, inputs)
 }
 
 /// Refuses two paths of the same file, and a path of an input.
@@ -71,6 +82,19 @@ pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Command
     render(&scene, path)?;
     signals::set_activity(Activity::Other);
     Ok(())
+}
+
+/// The robot and the world that an exported plan names, by paths relative to its file.
+///
+/// # Errors
+/// One of them cannot be used.
+pub fn robot_and_world(
+    plan: &PlanFile,
+    plan_path: &Path,
+) -> Result<(RobotModel, World), CommandError> {
+    let base_dir = plan_path.parent().unwrap_or(Path::new(""));
+    let model = robot_from_block(&plan.robot, base_dir, plan_path)?;
+    Ok((model, world_from_block(&plan.scene, base_dir, plan_path)?))
 }
 
 /// Checks that files can be written into a folder.

@@ -13,6 +13,7 @@ use surefoot_shared_types::base::whole_file;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
 
+use crate::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
 use crate::report::command_error::CommandError;
 use crate::system::clock::Stopwatch;
 use crate::system::signals::{self, Activity};
@@ -84,7 +85,7 @@ fn find_or_make(
         .map_err(|error| CommandError::Preparation(error.to_string()))?;
     let saved = match &path {
         Some(path) => save(preparation.bytes(), path).map(|()| path.clone()),
-        None => Err("neither XDG_CACHE_HOME nor HOME names an absolute folder".to_owned()),
+        None => Err(NO_CACHE_FOLDER.to_owned()),
     };
     if let (Err(reason), false) = (&saved, quiet) {
         warn(reason);
@@ -137,16 +138,4 @@ fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(failed)?;
     let _deferral = signals::defer();
     whole_file::write(path, bytes).map_err(|reason| format!("{}: {reason}", path.display()))
-}
-
-/// `surefoot` in the user's cache folder, as the XDG base directory specification names it; `None`
-/// where there is none.
-fn cache_folder() -> Option<PathBuf> {
-    let absolute = |path: PathBuf| path.is_absolute().then_some(path);
-    let named = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).and_then(absolute);
-    let home = std::env::var_os("HOME")
-        .map(PathBuf::from)
-        .and_then(absolute)
-        .map(|home| home.join(".cache"));
-    named.or(home).map(|folder| folder.join("surefoot"))
 }
