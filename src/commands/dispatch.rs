@@ -31,6 +31,8 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Completions(arguments) => completions::run(arguments),
         Command::Man(arguments) => man::run(arguments),
     };
+    // A signal that came at the very end is not forgotten.
+    let result = result.and_then(|outcome| CommandError::unless_interrupted().map(|()| outcome));
     match result {
         Ok(_) if terminal::has_lost_output() => {
             terminal::print_error(&CommandError::ResultNotPrinted);

@@ -1,13 +1,13 @@
 //! The folder of all instances of this user.
 //!
-//! It is `/dev/shm/surefoot-UID`, or lies in the folder for temporary files if `/dev/shm` is
-//! unusable. Where another user has taken that name, it is `surefoot-UID-TOKEN` with a random
-//! token, which the other processes of this user find by its owner.
+//! It is `/dev/shm/surefoot-UID`. Where another user has taken that name, it is
+//! `surefoot-UID-TOKEN` with a random token, which the other processes of this user find by its
+//! owner.
 
 use std::path::{Path, PathBuf};
 
-use crate::instance::directory::{self, SHARED_MEMORY};
-use crate::instance::error::{InstanceError, io_error};
+use crate::instance::directory;
+use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::private;
 use crate::instance::token::Token;
 use crate::instance::tuning::{BASE_ATTEMPTS_MAX, BASE_LOCK_ATTEMPTS_MAX, BASE_LOCK_PAUSE};
@@ -15,7 +15,7 @@ use crate::instance::tuning::{BASE_ATTEMPTS_MAX, BASE_LOCK_ATTEMPTS_MAX, BASE_LO
 /// The base folder; created if there is none.
 pub(crate) fn ensure() -> Result<PathBuf, InstanceError> {
     match ensure_in(Path::new(SHARED_MEMORY)) {
-        Err(InstanceError::Io { .. }) => ensure_in(&std::env::temp_dir()),
+        Err(InstanceError::Io { source, .. }) => Err(InstanceError::NoSharedMemory { source }),
         found => found,
     }
 }
@@ -30,9 +30,7 @@ pub(crate) fn plain() -> PathBuf {
 /// # Errors
 /// A folder of this user may be entered by other users.
 pub(crate) fn existing() -> Result<Vec<PathBuf>, InstanceError> {
-    let mut found = existing_in(Path::new(SHARED_MEMORY))?;
-    found.extend(existing_in(&std::env::temp_dir())?);
-    Ok(found)
+    existing_in(Path::new(SHARED_MEMORY))
 }
 
 /// As [`ensure`], in the folder `parent`.
