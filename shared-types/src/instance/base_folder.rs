@@ -56,7 +56,7 @@ pub(crate) fn existing_in(parent: &Path) -> Result<Vec<PathBuf>, InstanceError> 
 }
 
 /// The folder with a token; created if there is none. Processes that do so at once take turns by a
-/// lock on `parent`; a lock that stays taken, which any user may do, is waited for and then ignored.
+/// lock on `parent`. Any user may hold that lock, so after a while it is ignored.
 fn ensure_beside(parent: &Path) -> Result<PathBuf, InstanceError> {
     let lock = std::fs::File::open(parent).map_err(|error| io_error(parent, error))?;
     for _ in 0..BASE_LOCK_ATTEMPTS_MAX {
