@@ -21,17 +21,13 @@ use surefoot_shared_types::config::planner::FOOT_DRIFT_MAX;
 const SOLE_ERROR_MAX: f64 = 1e-6;
 
 /// Largest deviation (m and rad) of a point from the one before, continued by both derivatives.
-const JUMP_MAX: f64 = 1e-3;
+const JUMP_MAX: f64 = 1e-2;
 
 fn smooth_planner(name: &str) -> Planner {
     let mut case = Case::shipped(name);
     case.scenario.execution.motion = MotionKind::Smooth;
     let mut planner = case.planner(1);
-    let begin = std::time::Instant::now();
-    let outcome = run(&mut planner, 20_000);
-    println!("{:?}", planner.stats());
-    assert_eq!(outcome, Outcome::Found, "{name}");
-    println!("{name}: {:?}", begin.elapsed());
+    assert_eq!(run(&mut planner, 20_000), Outcome::Found, "{name}");
     planner
 }
 
@@ -111,9 +107,7 @@ fn check_path(name: &str) -> [u64; 2] {
         }
         let jump = largest_jump(span_points);
         worst = worst.max(jump);
-        if jump > JUMP_MAX {
-            println!("{name}: jump of {jump} in span {index}");
-        }
+        assert!(jump < JUMP_MAX, "{name}: jump of {jump} in span {index}");
         let mode = mode_of_contacts(*support, contacts).unwrap();
         // Between two waypoints of a searched motion the soles drift.
         let is_searched = span_points.iter().all(|point| point.second.iter().all(|x| *x == 0.0));
@@ -123,38 +117,16 @@ fn check_path(name: &str) -> [u64; 2] {
     }
     assert_eq!(next, points.len());
     let stats = planner.stats();
-    println!(
-        "{name}: {} spans, {} points, {} rests, {} searched phases, {:?}, work {}, jump {worst}",
-        spans.len(),
-        points.len(),
-        stats.rests,
-        stats.searched_phases,
-        stats.rejections,
-        stats.work
-    );
-    let roots = points.iter().map(|point| point.world_from_root.translation);
-    let way: f64 = points
-        .windows(2)
-        .map(|pair| {
-            pair[0].world_from_root.translation.distance(pair[1].world_from_root.translation)
-        })
-        .sum();
-    let heights = roots.map(|root| root.z);
-    let [low, high] = [heights.clone().fold(f64::MAX, f64::min), heights.fold(f64::MIN, f64::max)];
-    println!("{name}: {way} m, height {low} to {high}");
     let chunks = planner.chunks();
     let end = chunks.last().unwrap().waypoints().last().unwrap().time;
     println!(
-        "{name}: {} chunks, {} s, {} steps, {} s a step",
-        chunks.len(),
-        end,
-        planner.steps(),
-        end / planner.steps() as f64
+        "{name}: {} spans, {} rests, {} searched phases, {} beyond, jump {worst}, {} chunks, {end} s",
+        spans.len(),
+        stats.rests,
+        stats.searched_phases,
+        stats.beyond_limits,
+        chunks.len()
     );
-    for span in &spans[..spans.len().min(9)] {
-        let parameters = [span.first, span.last].map(|index| points[index].parameter);
-        println!("  {:?} {parameters:?} {} points", span.support, span.last - span.first + 1);
-    }
     [stats.rests, stats.searched_phases]
 }
 
@@ -171,7 +143,7 @@ fn stairs_need_no_rest() {
 #[test]
 fn a_hallway_with_a_beam_keeps_few_searched_motions() {
     let [_, searched] = check_path("ibeam_hallway");
-    assert!(searched <= 2, "{searched} searched phases");
+    assert!(searched <= 4, "{searched} searched phases");
 }
 
 #[test]
