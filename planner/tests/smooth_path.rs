@@ -120,7 +120,7 @@ fn check_path(name: &str) -> [u64; 2] {
     let chunks = planner.chunks();
     let end = chunks.last().unwrap().waypoints().last().unwrap().time;
     println!(
-        "{name}: {} spans, {} rests, {} searched phases, {} beyond, jump {worst}, {} chunks, {end} s",
+        "{name}: {} spans, {} rests, {} searched, {} beyond, jump {worst}, {} chunks, {end} s",
         spans.len(),
         stats.rests,
         stats.searched_phases,

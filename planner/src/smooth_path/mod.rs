@@ -7,6 +7,7 @@ mod key;
 mod key_table;
 mod layout;
 mod phase_check;
+mod phase_grid;
 mod phase_points;
 mod posture_solver;
 mod searched_motion;

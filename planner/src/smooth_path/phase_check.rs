@@ -6,7 +6,8 @@ use crate::constraints::rejection::Rejection;
 use crate::robot::kinematic_state::KinematicState;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::layout::swing_of;
-use crate::smooth_path::phase_points::{BEYOND, PhaseGrid, PhasePoints};
+use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
+use crate::smooth_path::phase_points::PhasePoints;
 use crate::smooth_path::track::Track;
 use crate::smooth_path::tuning::LIFT_OFF_DISTANCE_MAX;
 

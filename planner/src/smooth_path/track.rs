@@ -8,7 +8,7 @@ use crate::smooth_path::curve::Curve;
 use crate::smooth_path::followed_motion::FollowedMotion;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::layout::swing_of;
-use crate::smooth_path::phase_points::PhaseGrid;
+use crate::smooth_path::phase_grid::PhaseGrid;
 
 /// What the configurations of a phase follow.
 #[derive(Debug, Clone, Copy)]

@@ -214,8 +214,8 @@ impl PathTiming {
         false
     }
 
-    /// Allows the whole rates again in the last two spans before the end of the path as it was known
-    /// in the search before: there they were shrunk for the rest at that end.
+    /// Allows the whole rates again in the last two spans before the end of the path as it was
+    /// known in the search before: there they were shrunk for the rest at that end.
     fn forget_the_last_end(&mut self) {
         let span = self.profile.solved_spans.saturating_sub(2);
         let node = self.starts.get(span).map_or(0, |(node, _)| *node).max(self.profile.fixed);
