@@ -10,7 +10,6 @@ use crate::base::arena::reserve;
 use crate::constraints::rejection::Rejection;
 use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
-use crate::smooth_path::curve::Curve;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
 use crate::smooth_path::posture_solver::PostureSolver;
