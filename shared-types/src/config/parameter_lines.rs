@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::config::scenario_source::ScenarioSource;
 
@@ -23,7 +24,7 @@ struct Tables {
 /// It is not TOML.
 pub fn parameter_lines(source: &ScenarioSource) -> Result<BTreeMap<String, usize>, InputError> {
     let source = &source.file;
-    let Tables { planner, checker } = source.parse_toml()?;
+    let Tables { planner, checker } = source.parse_toml(FileKind::Scenario)?;
     let planner = planner.into_iter().map(|(key, value)| (format!("planner.{key}"), value));
     let checker = checker.into_iter().map(|(key, value)| (format!("checker.{key}"), value));
     let lines = planner.chain(checker).map(|(name, value)| (name, source.line(value.span().start)));
