@@ -390,6 +390,13 @@ pub struct OutputArguments {
     pub quiet: bool,
 }
 
+impl OutputArguments {
+    /// Whether any file is to be written.
+    pub fn names_files(&self) -> bool {
+        [&self.export, &self.picture, &self.json].iter().any(|path| path.is_some())
+    }
+}
+
 /// Options that a supervisor passes to a role's process.
 #[derive(Debug, Clone, Args)]
 pub struct RoleArguments {

@@ -1,5 +1,6 @@
 //! The search for a guide route in Gamma_P: a bidirectional RRT over mid-feet poses [Grey 3, 4.3].
 
+use glam::DVec3;
 use surefoot_shared_types::config::scenario::StancePose;
 
 use crate::base::arena::{reserve, slice_at};
@@ -132,6 +133,15 @@ impl RouteSearch {
     /// The route found last.
     pub fn route(&self) -> &GuideRoute {
         &self.route
+    }
+
+    /// The edges of both trees, between points midway between the soles, m.
+    pub fn tree_edges(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        self.forest.trees.iter().flat_map(|tree| {
+            let position = |vertex: &Vertex| vertex.pose.position;
+            tree.iter()
+                .map(move |vertex| [position(&tree[vertex.parent as usize]), position(vertex)])
+        })
     }
 
     /// The placements found at vertex `index` of the route.
