@@ -7,7 +7,7 @@ use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 
 use crate::cli::bench_arguments::BenchArguments;
-use crate::system::cores::{THREADS_MAX, default_threads};
+use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;
@@ -276,7 +276,8 @@ pub struct SearchArguments {
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
+    /// Planner threads, at most one for each core; the plan does not depend on them
+    /// [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
     /// Most replans after the controller encountered a world that differs
@@ -290,7 +291,7 @@ pub struct SearchArguments {
 impl SearchArguments {
     /// Planner threads.
     pub fn threads(&self) -> usize {
-        self.threads.map_or_else(default_threads, usize::from)
+        planner_threads(self.threads)
     }
 }
 
