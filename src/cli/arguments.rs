@@ -8,7 +8,7 @@ use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
-use crate::system::cores::{THREADS_MAX, default_threads};
+use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;
@@ -355,7 +355,8 @@ pub struct SearchArguments {
     /// How the plan moves, instead of the scenario's: in straight lines with rests, or smoothly
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
     pub motion: Option<MotionKind>,
-    /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
+    /// Planner threads, at most one for each core; the plan does not depend on them
+    /// [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
     /// Most replans after the controller encountered a world that differs
@@ -369,7 +370,7 @@ pub struct SearchArguments {
 impl SearchArguments {
     /// Planner threads.
     pub fn threads(&self) -> usize {
-        self.threads.map_or_else(default_threads, usize::from)
+        planner_threads(self.threads)
     }
 }
 

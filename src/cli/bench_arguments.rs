@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::system::cores::{THREADS_MAX, default_threads};
+use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// `surefoot bench`.
 #[derive(Debug, Args)]
@@ -28,6 +28,8 @@ pub enum BenchCommand {
     Steps(StepsArguments),
     /// Growth of the cost with longer scenarios and larger worlds
     Scale(ScaleArguments),
+    /// Two planner threads against one, while busy loops run on some cores
+    Threads(ThreadsArguments),
     /// Chunks over our transport beside raw memory, a socket and plain iceoryx2
     Ipc(IpcArguments),
     /// Success rates of foot placement sampling: figure 4.10 of the thesis, and further features
@@ -222,6 +224,25 @@ pub struct FootholdsArguments {
     pub json: bool,
 }
 
+/// `surefoot bench threads`.
+#[derive(Debug, Args)]
+pub struct ThreadsArguments {
+    /// Searches on one and on two threads, per scenario and load
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 20,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub scenarios: ScenarioArguments,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `surefoot bench ipc`.
 #[derive(Debug, Args)]
 pub struct IpcArguments {
@@ -253,7 +274,7 @@ pub struct ScenarioArguments {
 /// The number of planner threads.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadArguments {
-    /// Planner threads [default: 2, or 1 on one core]
+    /// Planner threads, at most one for each core [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
 }
@@ -261,7 +282,6 @@ pub struct ThreadArguments {
 impl ThreadArguments {
     /// Planner threads.
     pub fn count(self) -> NonZeroUsize {
-        NonZeroUsize::new(self.threads.map_or_else(default_threads, usize::from))
-            .unwrap_or(NonZeroUsize::MIN)
+        NonZeroUsize::new(planner_threads(self.threads)).unwrap_or(NonZeroUsize::MIN)
     }
 }

@@ -138,7 +138,7 @@ impl Planner {
         self.in_pool(|planner| planner.advance(work, category))
     }
 
-    fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status + Send) -> Status {
+    fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status) -> Status {
         let threads = self.context.threads.clone();
         threads.run(|| advance(self))
     }

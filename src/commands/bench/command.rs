@@ -9,6 +9,7 @@ use crate::commands::bench::replan::replan_bench;
 use crate::commands::bench::scale::scale_bench;
 use crate::commands::bench::steps;
 use crate::commands::bench::thesis::thesis_bench;
+use crate::commands::bench::threads::threads_bench;
 use crate::report::command_error::{CommandError, CommandOutcome};
 
 /// Runs the command.
@@ -23,6 +24,7 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Replan(arguments) => replan_bench::run(arguments),
         BenchCommand::Steps(arguments) => steps::run(arguments),
         BenchCommand::Scale(arguments) => scale_bench::run(arguments),
+        BenchCommand::Threads(arguments) => threads_bench::run(arguments),
         BenchCommand::Ipc(arguments) => ipc::run(arguments),
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
     }

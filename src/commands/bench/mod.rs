@@ -16,4 +16,5 @@ pub mod steps;
 pub mod table;
 pub mod terrain;
 pub mod thesis;
+pub mod threads;
 pub mod trial;
