@@ -13,7 +13,7 @@ use surefoot_planner::base::threads::sleep::Sleep;
 use surefoot_planner::base::threads::word::Word;
 
 /// Most jobs of a run; the work of a job is its index here.
-const JOBS: usize = 3;
+const JOBS: usize = 2;
 const ITEMS: usize = 2;
 
 /// What the threads of a run share.
@@ -117,22 +117,19 @@ fn every_item_runs_once_while_its_job_is_open() {
 
 #[test]
 fn jobs_within_a_job_are_closed_before_it() {
-    let explored = orders(1, 2, |run| {
-        run.offer(0, || run.offer(1, || ()));
-        run.offer(2, || ());
-    });
-    assert!(explored > 500, "{explored} orders");
+    let explored = orders(1, 2, |run| run.offer(0, || run.offer(1, || ())));
+    assert!(explored > 100, "{explored} orders");
 }
 
 #[test]
 fn two_helpers_claim_different_items() {
-    let explored = orders(2, 2, |run| run.offer(0, || ()));
-    assert!(explored > 600, "{explored} orders");
+    let explored = orders(2, 1, |run| run.offer(0, || ()));
+    assert!(explored > 100, "{explored} orders");
 }
 
 #[test]
 fn a_panic_of_the_search_waits_for_the_items_of_helpers() {
-    let explored = orders(1, 3, |run| {
+    let explored = orders(1, 2, |run| {
         run.is_valid[0].store(1, Ordering::SeqCst);
         let search = || {
             let _job = run.jobs.open(0, ITEMS);
@@ -142,7 +139,7 @@ fn a_panic_of_the_search_waits_for_the_items_of_helpers() {
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(search)).is_err());
         run.is_valid[0].store(0, Ordering::SeqCst);
     });
-    assert!(explored > 100, "{explored} orders");
+    assert!(explored > 50, "{explored} orders");
 }
 
 #[test]

@@ -3,6 +3,8 @@
 //! One thread runs at a time. Before each access it may hand over to another one. A run follows a
 //! list of choices; the next run changes the last choice that has alternatives left.
 
+#![allow(clippy::unwrap_used, reason = "a lock that is poisoned fails the test")]
+
 use std::cell::RefCell;
 use std::io::Write;
 use std::sync::atomic::{AtomicU64, Ordering};
