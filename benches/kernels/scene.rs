@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use surefoot::input::inputs::Inputs;
+use surefoot::input::inputs::{Inputs, Overrides};
 use surefoot_planner::collision::model::CollisionModel;
 use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
@@ -33,7 +33,7 @@ const ATTEMPTS: u64 = 200;
 pub fn shipped(name: &str) -> Inputs {
     Inputs::load(
         &Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml")),
-        None,
+        Overrides::default(),
     )
     .unwrap()
 }

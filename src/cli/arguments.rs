@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
+use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
 use crate::system::cores::{THREADS_MAX, default_threads};
@@ -178,6 +179,9 @@ pub struct ControlArguments {
     /// The seed of the plan, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// How the plan moves, instead of the scenario's
+    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    pub motion: Option<MotionKind>,
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
     pub instance: String,
@@ -271,6 +275,11 @@ fn positive(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
 }
 
+fn motion(name: &str) -> Result<MotionKind, String> {
+    MotionKind::from_name(name)
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
+}
+
 /// `surefoot monitor`.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
@@ -343,6 +352,9 @@ pub struct SearchArguments {
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// How the plan moves, instead of the scenario's: in straight lines with rests, or smoothly
+    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    pub motion: Option<MotionKind>,
     /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,

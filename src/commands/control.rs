@@ -20,7 +20,7 @@ use crate::cli::arguments::ControlArguments;
 use crate::commands::control::chunk_handler::ChunkHandler;
 use crate::commands::control::simulated::Simulated;
 use crate::commands::session::prepare_process;
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{CheckSummary, Refusal, RoleEvent};
 use crate::report::liveness;
@@ -55,8 +55,8 @@ struct Controller {
 
 impl Controller {
     fn open(arguments: &ControlArguments) -> Result<Self, CommandError> {
-        let Inputs { scenario, model, world, .. } =
-            Inputs::load(&arguments.scenario, arguments.seed)?;
+        let overrides = Overrides { seed: arguments.seed, motion: arguments.motion };
+        let Inputs { scenario, model, world, .. } = Inputs::load(&arguments.scenario, overrides)?;
         let id = random_id();
         let identity = Identity {
             controller_id: id,

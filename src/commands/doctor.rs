@@ -11,7 +11,7 @@ use surefoot_planner::Planner;
 
 use crate::cli::arguments::DoctorArguments;
 use crate::commands::doctor::finding::Finding;
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::instance::create_own_instance;
 use crate::system::{cores, terminal};
@@ -58,7 +58,7 @@ fn transport() -> Vec<Finding> {
 /// on one foot.
 fn scenario(path: &Path) -> Vec<Finding> {
     let threads = NonZeroUsize::new(cores::default_threads()).unwrap_or(NonZeroUsize::MIN);
-    let inputs = match Inputs::load(path, None) {
+    let inputs = match Inputs::load(path, Overrides::default()) {
         Ok(inputs) => inputs,
         Err(error) => return vec![Finding::missing(format!("scenario: {error}"))],
     };

@@ -24,7 +24,7 @@ use surefoot_shared_types::plan_format::blocks::PlanFile;
 use crate::cli::arguments::PlanArguments;
 use crate::commands::search_loop;
 use crate::commands::session::{FinishArguments, finish, prepare_process};
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{PlanResult, RoleEvent};
@@ -47,7 +47,7 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
     if arguments.search.lock_memory {
         lock_memory();
     }
-    let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
+    let inputs = Inputs::load(&arguments.search.scenario, Overrides::of(&arguments.search))?;
     output_files::check_run(&arguments.outputs, &inputs)?;
     let preparation = inputs.preparation(arguments.outputs.quiet || arguments.role.report_lines)?;
     let report = Report::new(inputs.names(), arguments.search.threads());

@@ -11,7 +11,7 @@ use crate::cli::arguments::WalkArguments;
 use crate::commands::session::{FinishArguments, finish};
 use crate::commands::walk::role_commands::RoleCommands;
 use crate::commands::walk::role_files::RoleFiles;
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::RoleEvent;
@@ -26,7 +26,7 @@ use crate::system::signals;
 /// # Errors
 /// An input cannot be used, an output cannot be written, a process fails, or a signal comes.
 pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
-    let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
+    let inputs = Inputs::load(&arguments.search.scenario, Overrides::of(&arguments.search))?;
     output_files::check_run(&arguments.outputs, &inputs)?;
     if let Some(ground_truth) = &arguments.ground_truth {
         load_world(ground_truth)?;

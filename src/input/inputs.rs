@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use surefoot_planner::preparation::Preparation;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::config::scenario_source::ScenarioSource;
@@ -12,11 +13,21 @@ use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};
 
+use crate::cli::arguments::SearchArguments;
 use crate::input::preparation_cache;
 use crate::input::shipped::scenario_path;
 use crate::report::command_error::CommandError;
 use crate::report::run_report::RunNames;
 use crate::system::signals::{self, Activity};
+
+/// What the command line sets instead of the scenario file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Overrides {
+    /// The seed.
+    pub seed: Option<u64>,
+    /// The motion.
+    pub motion: Option<MotionKind>,
+}
 
 /// A scenario with its robot and its world.
 #[derive(Debug, Clone)]
@@ -31,20 +42,34 @@ pub struct Inputs {
     pub piped_scenario: Option<String>,
 }
 
-impl Inputs {
-    /// Loads a scenario, a file or the name of a shipped one, its robot and its world; `seed`
-    /// replaces the scenario's.
-    ///
-    /// # Errors
-    /// One of the files cannot be used.
-    pub fn load(path: &Path, seed: Option<u64>) -> Result<Self, InputError> {
-        signals::set_activity(Activity::Reading);
-        let source = ScenarioSource::read(&scenario_path(path)?)?;
-        let scenario = scenario_of(&source)?;
-        let scenario = match seed {
+impl Overrides {
+    /// Those of a search.
+    pub fn of(search: &SearchArguments) -> Self {
+        Self { seed: search.seed, motion: search.motion }
+    }
+
+    fn apply(self, scenario: Scenario) -> Scenario {
+        let scenario = match self.seed {
             Some(seed) => scenario.with_seed(seed),
             None => scenario,
         };
+        match self.motion {
+            Some(motion) => scenario.with_motion(motion),
+            None => scenario,
+        }
+    }
+}
+
+impl Inputs {
+    /// Loads a scenario, a file or the name of a shipped one, its robot and its world; `overrides`
+    /// replace the scenario's values.
+    ///
+    /// # Errors
+    /// One of the files cannot be used.
+    pub fn load(path: &Path, overrides: Overrides) -> Result<Self, InputError> {
+        signals::set_activity(Activity::Reading);
+        let source = ScenarioSource::read(&scenario_path(path)?)?;
+        let scenario = overrides.apply(scenario_of(&source)?);
         let model = load_robot(&scenario.robot_path)?;
         let world = load_world(&scenario.world_path)?;
         signals::set_activity(Activity::Other);

@@ -3,6 +3,8 @@
 //! A damaged file is built again. If nothing can be saved, a warning is printed.
 
 use std::collections::BTreeMap;
+use std::io::Read;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -102,10 +104,20 @@ fn warn(reason: &str) {
 
 /// The preparation for `key` in the cache; `None` if it is missing, damaged or no regular file.
 fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
-    // A read of a pipe would wait.
-    std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
-    let preparation = Preparation::from_bytes(&std::fs::read(path).ok()?, key).ok()?;
+    let preparation = Preparation::from_bytes(&read_regular_file(path)?, key).ok()?;
     Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()) })
+}
+
+/// The content of a regular file. A pipe or a device is not waited for.
+fn read_regular_file(path: &Path) -> Option<Vec<u8>> {
+    let mut options = std::fs::OpenOptions::new();
+    let mut file = options.read(true).custom_flags(libc::O_NONBLOCK).open(path).ok()?;
+    if !file.metadata().ok()?.is_file() {
+        return None;
+    }
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).ok()?;
+    Some(bytes)
 }
 
 fn build(

@@ -11,11 +11,11 @@ use crate::base::text_file::relative_to;
 use crate::base::whole_file;
 use crate::config::scenario::{Scenario, StancePose};
 use crate::geometry::shape::{MeshSource, Shape};
-use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
+use crate::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
 use crate::plan_file::check::check_plan;
 use crate::plan_format::blocks::{
-    ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA,
-    SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
+    ChunkBlock, ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock,
+    SCHEMA, SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };
 use crate::robot::model::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
 use crate::world::world::{World, WorldShape};
@@ -41,7 +41,7 @@ pub fn plan_from_chunks(
         .canonicalize()
         .or_else(|_| std::path::absolute(plan_dir))
         .unwrap_or_else(|_| plan_dir.to_owned());
-    let (waypoints, phases) = motion(robot, chunks);
+    let MotionBlocks { waypoints, phases, chunks: chunk_blocks } = motion(robot, chunks);
     PlanFile {
         schema: SCHEMA.to_owned(),
         robot: robot_block(robot, &plan_dir),
@@ -52,8 +52,9 @@ pub fn plan_from_chunks(
         joint_names: robot.joints.iter().map(|joint| joint.name.clone()).collect(),
         waypoints,
         phases,
+        chunks: chunk_blocks,
         start: start_block(robot, scenario, chunks),
-        goal: end_block(robot, &scenario.goal, scenario.goal_position_tolerance),
+        goal: end_block(robot, &scenario.goal, scenario.goal_tolerance.position),
     }
 }
 
@@ -109,16 +110,33 @@ fn check_name(path: &str) -> Result<(), String> {
     }
 }
 
-fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<PhaseBlock>) {
+/// The motion of a plan as it stands in the file.
+struct MotionBlocks {
+    waypoints: Vec<WaypointBlock>,
+    phases: Vec<PhaseBlock>,
+    chunks: Vec<ChunkBlock>,
+}
+
+fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> MotionBlocks {
+    let is_quintic = |chunk: &PlanChunk| chunk.interpolation == Interpolation::Quintic as u64;
+    let is_smooth = chunks.iter().any(is_quintic);
     let mut waypoints: Vec<WaypointBlock> = Vec::new();
     let mut phases: Vec<PhaseBlock> = Vec::new();
+    let mut blocks: Vec<ChunkBlock> = Vec::new();
     for chunk in chunks {
         let first = waypoints.len().saturating_sub(1);
         let repeated = usize::from(!waypoints.is_empty());
         waypoints.extend(
-            chunk.waypoints().iter().skip(repeated).map(|waypoint| waypoint_block(waypoint, robot)),
+            chunk
+                .waypoints()
+                .iter()
+                .skip(repeated)
+                .map(|waypoint| waypoint_block(waypoint, robot, is_smooth)),
         );
         let last = waypoints.len().saturating_sub(1);
+        if is_smooth {
+            blocks.push(chunk_block(chunk, first, last));
+        }
         let mode = SupportMode::from_wire(chunk.mode).map_or("unknown", SupportMode::name);
         let contacts: Vec<_> =
             chunk.contacts().iter().map(|contact| contact_block(contact, robot)).collect();
@@ -127,13 +145,48 @@ fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<
             _ => phases.push(PhaseBlock { first, last, mode: mode.to_owned(), contacts }),
         }
     }
-    (waypoints, phases)
+    MotionBlocks { waypoints, phases, chunks: blocks }
 }
 
-fn waypoint_block(waypoint: &Waypoint, robot: &RobotModel) -> WaypointBlock {
+fn chunk_block(chunk: &PlanChunk, first: usize, last: usize) -> ChunkBlock {
+    let PlanChunk { brake_at, brake_duration, resume_duration, .. } = *chunk;
+    ChunkBlock { first, last, brake_at, brake_duration, resume_duration }
+}
+
+fn waypoint_block(waypoint: &Waypoint, robot: &RobotModel, is_smooth: bool) -> WaypointBlock {
     let (root_xyz, root_quat_xyzw) = root_pose(waypoint, robot);
-    let q = waypoint.q.iter().take(robot.joints.len()).copied().collect();
-    WaypointBlock { t: waypoint.time, root_xyz, root_quat_xyzw, q }
+    let joints = robot.joints.len();
+    let mut block = WaypointBlock {
+        t: waypoint.time,
+        root_xyz,
+        root_quat_xyzw,
+        q: waypoint.q[..joints].to_vec(),
+        velocity: vec![],
+        acceleration: vec![],
+        torque: vec![],
+    };
+    if is_smooth {
+        let (velocity, acceleration) = urdf_root_rates(waypoint, robot);
+        block.velocity = [&velocity, &waypoint.joint_velocity[..joints]].concat();
+        block.acceleration = [&acceleration, &waypoint.joint_acceleration[..joints]].concat();
+        block.torque = waypoint.torque[..joints].to_vec();
+    }
+    block
+}
+
+/// Velocity and acceleration of the origin of the URDF's root link, and the root's angular ones.
+fn urdf_root_rates(waypoint: &Waypoint, robot: &RobotModel) -> ([f64; 6], [f64; 6]) {
+    let offset = waypoint.world_from_root().rotation * robot.root_from_urdf_root().translation;
+    let split = |rates: &[f64; 6]| {
+        (DVec3::new(rates[0], rates[1], rates[2]), DVec3::new(rates[3], rates[4], rates[5]))
+    };
+    let (velocity, omega) = split(&waypoint.root_velocity);
+    let (acceleration, alpha) = split(&waypoint.root_acceleration);
+    let joined = |linear: DVec3, angular: DVec3| {
+        [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+    };
+    let of_origin = acceleration + alpha.cross(offset) + omega.cross(omega.cross(offset));
+    (joined(velocity + omega.cross(offset), omega), joined(of_origin, alpha))
 }
 
 /// Where the URDF's root link is: a plan file knows no other root.

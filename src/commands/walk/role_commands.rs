@@ -99,6 +99,7 @@ impl RoleCommands<'_> {
         command.arg(subcommand).arg(scenario).arg("--report-lines");
         command.arg("--instance").arg(self.instance);
         command.arg("--seed").arg(self.inputs.scenario.seed.to_string());
+        command.arg("--motion").arg(self.inputs.scenario.execution.motion.name());
         if let Some(core) = core {
             command.arg("--core").arg(core.to_string());
         }
