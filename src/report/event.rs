@@ -183,7 +183,8 @@ pub struct Delivered {
     pub resent: u64,
     /// Chunks accepted.
     pub accepted: u64,
-    /// Chunks on their way when their plan was replaced by another one.
+    /// Chunks on their way when their plan was replaced by another one, or this process was asked to
+    /// end. The controller may still execute them.
     pub withdrawn: u64,
     /// Chunks that the controller received again after it had accepted them.
     pub duplicated: u64,
@@ -205,6 +206,8 @@ pub enum DeliveryResult {
     Superseded,
     /// The controller does not answer.
     ControllerLost,
+    /// Two processes publish feedback as the controller.
+    Contradicted,
     /// This process was asked to end.
     Stopped,
 }
@@ -266,14 +269,17 @@ impl From<&Delivery> for Delivered {
             ),
             DeliveryOutcome::Superseded => (DeliveryResult::Superseded, None),
             DeliveryOutcome::ControllerLost => (DeliveryResult::ControllerLost, None),
+            DeliveryOutcome::Contradicted => (DeliveryResult::Contradicted, None),
             DeliveryOutcome::Stopped => (DeliveryResult::Stopped, None),
         };
+        let in_flight = delivery.sent.saturating_sub(delivery.resent + delivery.accepted);
+        let withdrawn = if result == DeliveryResult::Stopped { in_flight } else { 0 };
         Self {
             result,
             sent: delivery.sent,
             resent: delivery.resent,
             accepted: delivery.accepted,
-            withdrawn: 0,
+            withdrawn,
             duplicated: delivery.feedback.map_or(0, |feedback| feedback.duplicated),
             margins: delivery
                 .feedback

@@ -70,6 +70,16 @@ pub enum InstanceError {
         /// Needed memory, KiB.
         needed_kib: u64,
     },
+    /// This process may not open enough files.
+    #[error(
+        "this process may open {free} more files, and a walk needs {needed}; raise the limit of open files ('ulimit -n 1024')"
+    )]
+    Descriptors {
+        /// Descriptors that are free.
+        free: u64,
+        /// Descriptors that are needed.
+        needed: u64,
+    },
     /// The file system failed.
     #[error("{}: {source}", path.display())]
     Io {
@@ -115,6 +125,14 @@ pub enum ChannelError {
         "another controller moves the robot of this instance; end it, or choose another instance name"
     )]
     Taken,
+    /// Another planner delivers plans in this instance.
+    #[error(
+        "another planner plans for this instance; end it, send it a request ('surefoot request'), or choose another instance name"
+    )]
+    PlannerTaken,
+    /// The instance takes no more processes.
+    #[error("this instance has as many clients as it can have; try again when one has ended")]
+    Crowded,
     /// The chunks given are not one stream.
     #[error(
         "chunk {index} of the plan does not continue the stream: same plan and epoch, sequence {index} and the digest so far are needed"

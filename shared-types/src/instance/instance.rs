@@ -186,8 +186,10 @@ impl Instance {
         private::open_file(&path, true)?.ok_or_else(missing)
     }
 
-    /// Checks that shared memory has space for one more process of this instance.
+    /// Checks that shared memory has space for one more process of this instance, and that this
+    /// process may open the files it needs.
     pub(crate) fn check_capacity(&self) -> Result<(), InstanceError> {
+        capacity::check_descriptors()?;
         capacity::check(self.root())?;
         capacity::check(Path::new(directory::SHARED_MEMORY))
     }

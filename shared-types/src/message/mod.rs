@@ -8,6 +8,7 @@ pub mod feedback;
 pub mod journal_record;
 pub mod layout;
 pub mod request;
+pub mod request_record;
 pub mod rest_state;
 pub mod simulation_state;
 
@@ -17,6 +18,7 @@ pub use crc::WithCrc;
 pub use feedback::{Check, Feedback, Margins, Verdict};
 pub use journal_record::JournalRecord;
 pub use layout::Layout;
-pub use request::{PlanRequest, PlanStatus, RequestKind, RequestState};
+pub use request::{PlanRequest, PlanStatus, RequestKind};
+pub use request_record::{RequestRecord, RequestState};
 pub use rest_state::RestState;
 pub use simulation_state::SimulationState;
