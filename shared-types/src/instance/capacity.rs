@@ -11,7 +11,7 @@ use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
 use crate::instance::error::{InstanceError, io_error};
-use crate::instance::tuning::{NEEDED_DESCRIPTORS, NEEDED_KIB};
+use crate::instance::tuning::NEEDED_KIB;
 use crate::instance::unfinished::is_unfinished;
 
 /// Checks that the file system of `path` has [`NEEDED_KIB`] free, enough for one more process.
@@ -22,26 +22,6 @@ pub(crate) fn check(path: &Path) -> Result<(), InstanceError> {
         }
         _ => Ok(()),
     }
-}
-
-/// Checks that this process may open [`NEEDED_DESCRIPTORS`] more files.
-pub(crate) fn check_descriptors() -> Result<(), InstanceError> {
-    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-    // SAFETY: the pointer is to a limit of ours that outlives the call.
-    if unsafe { libc::getrlimit(libc::RLIMIT_NOFILE, &raw mut limit) } != 0 {
-        return Ok(());
-    }
-    let open = match std::fs::read_dir("/proc/self/fd") {
-        Ok(entries) => entries.count() as u64,
-        Err(error) if error.raw_os_error() == Some(libc::EMFILE) => limit.rlim_cur,
-        // Without /proc nothing is known.
-        Err(_) => return Ok(()),
-    };
-    let free = limit.rlim_cur.saturating_sub(open);
-    if free < NEEDED_DESCRIPTORS {
-        return Err(InstanceError::Descriptors { free, needed: NEEDED_DESCRIPTORS });
-    }
-    Ok(())
 }
 
 /// Allocates all pages of a segment. Its content and its mode stay. No error if the segment does

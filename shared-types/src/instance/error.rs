@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use crate::instance::tuning::MAKING_WAIT_MAX;
 
+/// The folder in which Linux shows POSIX shared memory.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+
 /// Longest name of an instance, bytes.
 pub const NAME_LEN_MAX: usize = 32;
 /// Longest path of a base folder, bytes. iceoryx2 limits its paths, and its folders lie below.
@@ -60,6 +63,14 @@ pub enum InstanceError {
         /// The base folder.
         path: PathBuf,
     },
+    /// Shared memory is missing or read-only.
+    #[error(
+        "shared memory: {SHARED_MEMORY} cannot be written to: {source}; mount a tmpfs there with mode 1777"
+    )]
+    NoSharedMemory {
+        /// The error of the operating system.
+        source: io::Error,
+    },
     /// Shared memory is full.
     #[error(
         "shared memory is full: {free_kib} KiB free, {needed_kib} KiB are needed; free some in /dev/shm, or enlarge it (in a container: --shm-size=256m)"
@@ -69,16 +80,6 @@ pub enum InstanceError {
         free_kib: u64,
         /// Needed memory, KiB.
         needed_kib: u64,
-    },
-    /// This process may not open enough files.
-    #[error(
-        "this process may open {free} more files, and a walk needs {needed}; raise the limit of open files ('ulimit -n 1024')"
-    )]
-    Descriptors {
-        /// Descriptors that are free.
-        free: u64,
-        /// Descriptors that are needed.
-        needed: u64,
     },
     /// The file system failed.
     #[error("{}: {source}", path.display())]

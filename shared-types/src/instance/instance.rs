@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
-use crate::instance::error::{InstanceError, io_error};
+use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::location::Location;
 use crate::instance::token::Token;
 use crate::instance::tuning::LOCK_ATTEMPTS_MAX;
@@ -186,12 +186,10 @@ impl Instance {
         private::open_file(&path, true)?.ok_or_else(missing)
     }
 
-    /// Checks that shared memory has space for one more process of this instance, and that this
-    /// process may open the files it needs.
+    /// Checks that shared memory has space for one more process of this instance.
     pub(crate) fn check_capacity(&self) -> Result<(), InstanceError> {
-        capacity::check_descriptors()?;
         capacity::check(self.root())?;
-        capacity::check(Path::new(directory::SHARED_MEMORY))
+        capacity::check(Path::new(SHARED_MEMORY))
     }
 
     /// Allocates the memory of all segments of this instance, so that no later access of a page

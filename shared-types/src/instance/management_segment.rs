@@ -9,8 +9,7 @@ use std::io::{ErrorKind, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
-use crate::instance::directory::SHARED_MEMORY;
-use crate::instance::error::{InstanceError, io_error};
+use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::private;
 
 /// The segment's name after the prefix: the SHA-1 of

@@ -34,10 +34,7 @@ pub const STATE_BUFFER: usize = 256;
 pub const STATE_POOL: usize = READERS_MAX * (STATE_BUFFER + BORROWED_MAX) + 1 + LOANS_AHEAD;
 /// Shared memory that one process takes at most, KiB: its pool of chunks, its feedback and
 /// iceoryx2's own tables.
-pub(crate) const NEEDED_KIB: u64 = 8 * 1024;
-
-/// Descriptors that one process needs: its ports, with one connection to each reader.
-pub(crate) const NEEDED_DESCRIPTORS: u64 = 36;
+pub(crate) const NEEDED_KIB: u64 = 12 * 1024;
 
 // Waiting for a peer.
 
@@ -54,8 +51,10 @@ pub const PEER_POLLING_TIME: Duration = Duration::from_micros(250);
 
 /// Attempts to create a base folder with a random name.
 pub(crate) const BASE_ATTEMPTS_MAX: usize = 20;
-/// Time in which all processes that create such a folder at once see each other's.
-pub(crate) const BASE_SETTLE_TIME: Duration = Duration::from_millis(20);
+/// Attempts to lock the folder that holds it, and the pause between them: half a second in all.
+pub(crate) const BASE_LOCK_ATTEMPTS_MAX: usize = 100;
+/// See [`BASE_LOCK_ATTEMPTS_MAX`].
+pub(crate) const BASE_LOCK_PAUSE: Duration = Duration::from_millis(5);
 
 /// Attempts to lock an instance that another process creates or removes.
 pub(crate) const LOCK_ATTEMPTS_MAX: usize = 20;

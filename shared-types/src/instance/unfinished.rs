@@ -150,7 +150,7 @@ mod tests {
     use std::os::unix::fs::PermissionsExt;
 
     use super::*;
-    use crate::instance::directory::SHARED_MEMORY;
+    use crate::instance::error::SHARED_MEMORY;
 
     fn segment(name: &str, bytes: &[u8], mode: u32) -> std::path::PathBuf {
         let path = Path::new(SHARED_MEMORY).join(name);

@@ -31,9 +31,7 @@ impl Totals {
 
     /// The result of all deliveries, of which `last` is the last.
     pub(crate) fn delivered(&self, last: &Delivery) -> Delivered {
-        let Self { sent, resent, accepted, .. } = *self;
-        let last = Delivered::from(last);
-        let withdrawn = self.withdrawn + last.withdrawn;
-        Delivered { sent, resent, accepted, withdrawn, ..last }
+        let Self { sent, resent, accepted, withdrawn, .. } = *self;
+        Delivered { sent, resent, accepted, withdrawn, ..Delivered::from(last) }
     }
 }
