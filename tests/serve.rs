@@ -243,7 +243,7 @@ fn a_second_planner_is_refused_and_the_first_still_serves() {
 }
 
 #[test]
-fn a_client_is_told_that_its_planner_was_killed() {
+fn a_killed_planner_ends_the_request_of_its_client() {
     let Pair { name, mut control, mut plan } = Pair::start_at_rate("killed", Some("1"));
     let goal = ["request", "--instance", &name, "--goal", "4,0,0,0"];
     let client = surefoot(&goal).spawn().unwrap();

@@ -230,7 +230,7 @@ fn restarted_planners_continue_from_the_acknowledged_chunk() {
         for chunks_max in [5, 60, 61, 150, 1000] {
             let accepted = AtomicUsize::new(0);
             let mut publisher = PlanPublisher::open(&to, random_id()).unwrap();
-            let mut note = |feedback: &surefoot_shared_types::message::Feedback| {
+            let mut note = |feedback: &Feedback| {
                 accepted.store(feedback.next_sequence as usize, Ordering::Relaxed)
             };
             deliveries.push(

@@ -142,12 +142,12 @@ pub enum CommandError {
     Contradicted,
     /// The planner received an answer that the controller has not given.
     #[error(
-        "the planner was told '{told}', and the controller has not said so within {seconds} s; \
+        "the planner reports '{result}', and the controller has not within {seconds} s; \
          another process writes into this instance: end it, then walk again"
     )]
     Disagreement {
-        /// What the planner was told.
-        told: &'static str,
+        /// The result that the planner reports.
+        result: &'static str,
         /// Time waited, s.
         seconds: f64,
     },

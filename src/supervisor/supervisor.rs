@@ -132,8 +132,8 @@ impl<'a> Supervisor<'a> {
         let is_late =
             || unconfirmed.is_some_and(|(_, since)| since.seconds() > CONFIRMATION_SECONDS_MAX);
         let Some(event) = self.processes.next_event(&is_late)? else {
-            let told = unconfirmed.map_or("", |(told, _)| told);
-            return Err(CommandError::Disagreement { told, seconds: CONFIRMATION_SECONDS_MAX });
+            let result = unconfirmed.map_or("", |(result, _)| result);
+            return Err(CommandError::Disagreement { result, seconds: CONFIRMATION_SECONDS_MAX });
         };
         match event {
             ProcessEvent::Reported(event) => {
@@ -153,8 +153,8 @@ impl<'a> Supervisor<'a> {
     /// Begins to wait for the controller's result when the planner has reported one.
     fn watch_confirmation(&mut self) {
         self.unconfirmed = match (self.state.unconfirmed(), self.unconfirmed) {
-            (Some(told), Some((before, since))) if told == before => Some((told, since)),
-            (Some(told), _) => Some((told, Stopwatch::start())),
+            (Some(result), Some((before, since))) if result == before => Some((result, since)),
+            (Some(result), _) => Some((result, Stopwatch::start())),
             (None, _) => None,
         };
     }

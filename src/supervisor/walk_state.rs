@@ -73,13 +73,13 @@ mod tests {
 
     #[test]
     fn a_result_of_the_planner_alone_is_unconfirmed() {
-        for (result, told, checked) in [
+        for (result, name, checked) in [
             (DeliveryResult::Accepted, "accepted", StreamDecision::Accepted),
             (DeliveryResult::Refused, "refused", StreamDecision::Refused),
         ] {
             let planned = Some(PlanResult::Found);
             let mut state = WalkState { planned, delivered: Some(result), checked: None };
-            assert_eq!((state.unconfirmed(), state.is_over()), (Some(told), false));
+            assert_eq!((state.unconfirmed(), state.is_over()), (Some(name), false));
             state.checked = Some(checked);
             assert_eq!((state.unconfirmed(), state.is_over()), (None, true));
         }

@@ -345,8 +345,8 @@ impl PlanPublisher {
         Ok(ReadyChunk { target, sample: unsafe { sample.assume_init() } })
     }
 
-    /// Makes the ports anew where messages do not arrive: iceoryx2 does not repeat a connection that
-    /// failed, for example because a process was killed at that moment.
+    /// Makes the ports anew where messages do not arrive: iceoryx2 does not repeat a connection
+    /// that failed, for example because a process was killed at that moment.
     fn reconnect_if_stalled(&mut self, state: &mut DeliveryState<'_>) -> Result<(), ChannelError> {
         let is_unread = state.unread_for().is_some_and(|time| time > RECONNECT_INTERVAL);
         let is_stalled = state.silence > RECONNECT_INTERVAL

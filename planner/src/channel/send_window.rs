@@ -7,8 +7,8 @@
 //! planner nor a restarted controller takes the progress of another plan for its own.
 //!
 //! Another process may publish feedback in the controller's name. A controller repeats its feedback
-//! every millisecond, so a claim that ends the delivery counts only once the controller has repeated
-//! it, or is silent. Where contradictions go on, they end the delivery.
+//! every millisecond, so a claim that ends the delivery counts only once the controller has
+//! repeated it, or is silent. Where contradictions go on, they end the delivery.
 
 use std::time::Duration;
 

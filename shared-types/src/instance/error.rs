@@ -133,7 +133,7 @@ pub enum ChannelError {
     PlannerTaken,
     /// The instance takes no more processes.
     #[error("this instance has as many clients as it can have; try again when one has ended")]
-    Crowded,
+    TooManyClients,
     /// The chunks given are not one stream.
     #[error(
         "chunk {index} of the plan does not continue the stream: same plan and epoch, sequence {index} and the digest so far are needed"

@@ -134,12 +134,12 @@ impl RequestClient {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create();
         let requests = requests.map_err(|error| match error {
-            PublisherCreateError::ExceedsMaxSupportedPublishers => ChannelError::Crowded,
+            PublisherCreateError::ExceedsMaxSupportedPublishers => ChannelError::TooManyClients,
             error => ChannelError::transport("creating the request publisher", error),
         })?;
         let status = services.status.subscriber_builder().create();
         let status = status.map_err(|error| match error {
-            SubscriberCreateError::ExceedsMaxSupportedSubscribers => ChannelError::Crowded,
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => ChannelError::TooManyClients,
             error => ChannelError::transport("creating the status subscriber", error),
         })?;
         participant.instance.reserve_segments()?;

@@ -101,7 +101,7 @@ pub(crate) fn open_service<M: Layout>(
             Err(OpenOrCreateError::PublishSubscribeOpenError(
                 OpenError::ExceedsMaxNumberOfNodes,
             )) if attempts == OPEN_ATTEMPTS_MAX => {
-                return Err(ChannelError::Crowded);
+                return Err(ChannelError::TooManyClients);
             }
             Err(error) if attempts == OPEN_ATTEMPTS_MAX => {
                 return Err(ChannelError::transport(&action, error));

@@ -1,5 +1,5 @@
-//! Explores every order of events, up to a depth, of a window, a lossy channel, a controller that is
-//! killed and started again, and one forged acceptance. From every state reached, a channel that
+//! Explores every order of events, up to a depth, of a window, a lossy channel, a controller that
+//! is killed and started again, and one forged acceptance. From every state reached, a channel that
 //! loses nothing more must complete the delivery.
 
 use std::collections::BTreeSet;
@@ -187,9 +187,9 @@ impl World {
             self.window.controllers.current().map_or(99, relative),
             u64::from(self.is_forged),
         ];
-        let heard =
+        let on_its_way =
             self.feedback.map_or([9, 9], |(id, _, accepted)| [relative(id), accepted as u64]);
-        key.extend(heard);
+        key.extend(on_its_way);
         key.extend(self.sent.iter().flat_map(|(index, id)| [*index as u64, relative(*id)]));
         key
     }

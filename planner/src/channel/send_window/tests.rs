@@ -54,7 +54,7 @@ pub(super) fn feedback(
 const LATER: Duration = Duration::from_secs(1);
 
 /// Receives feedback while the current controller is not silent.
-fn hear(window: &mut SendWindow<'_>, feedback: &Feedback) -> bool {
+fn receive(window: &mut SendWindow<'_>, feedback: &Feedback) -> bool {
     window.receive(feedback, Duration::ZERO, Duration::ZERO)
 }
 
@@ -82,12 +82,12 @@ fn the_window_waits_for_a_controller_and_never_exceeds_its_size() {
     let chunks = stream(20);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
     assert!(window.to_send().is_none());
-    assert!(hear(&mut window, &feedback(5, 1, 0, &chunks)));
+    assert!(receive(&mut window, &feedback(5, 1, 0, &chunks)));
     assert_eq!(window.to_send().unwrap().1, 5);
     assert_eq!(send_all(&mut window), (0..8).collect::<Vec<_>>());
-    hear(&mut window, &feedback(5, 2, 3, &chunks));
+    receive(&mut window, &feedback(5, 2, 3, &chunks));
     assert_eq!(send_all(&mut window), [8, 9, 10]);
-    hear(&mut window, &feedback(5, 3, 20, &chunks));
+    receive(&mut window, &feedback(5, 3, 20, &chunks));
     assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Accepted));
 }
 
@@ -95,13 +95,13 @@ fn the_window_waits_for_a_controller_and_never_exceeds_its_size() {
 fn chunks_are_resent_to_an_idle_controller_only() {
     let chunks = stream(4);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     assert!(!window.go_back(), "a silent controller may be executing chunks");
-    hear(&mut window, &feedback(5, 2, 1, &chunks));
+    receive(&mut window, &feedback(5, 2, 1, &chunks));
     for count in 3..3 + IDLE_HEARTBEATS {
         assert!(!window.go_back());
-        hear(&mut window, &feedback(5, count, 1, &chunks));
+        receive(&mut window, &feedback(5, count, 1, &chunks));
     }
     assert!(window.go_back());
     assert_eq!(send_all(&mut window), [1, 2, 3]);
@@ -112,13 +112,13 @@ fn chunks_are_resent_to_an_idle_controller_only() {
 fn a_new_controller_starts_at_its_own_index_and_the_old_one_is_ignored() {
     let chunks = stream(6);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
-    hear(&mut window, &feedback(5, 2, 4, &chunks));
-    assert!(!hear(&mut window, &feedback(6, 1, 0, &chunks)), "the first one is not silent");
+    receive(&mut window, &feedback(5, 2, 4, &chunks));
+    assert!(!receive(&mut window, &feedback(6, 1, 0, &chunks)), "the first one is not silent");
     assert!(take_over(&mut window, &feedback(6, 1, 0, &chunks)));
     assert_eq!(window.acknowledged(), 0);
-    assert!(!hear(&mut window, &feedback(5, 3, 6, &chunks)));
+    assert!(!receive(&mut window, &feedback(5, 3, 6, &chunks)));
     assert_eq!(window.outcome(LATER), None);
     assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
 }
@@ -132,10 +132,10 @@ fn a_new_planner_continues_the_same_stream_but_not_another_one() {
         foreign[index].stream = foreign[index - 1].stream_after();
     }
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &with_crc(Feedback { session: 1, ..feedback(5, 1, 4, &chunks) }));
+    receive(&mut window, &with_crc(Feedback { session: 1, ..feedback(5, 1, 4, &chunks) }));
     assert_eq!(send_all(&mut window), [4, 5]);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(
+    receive(
         &mut window,
         &with_crc(Feedback { session: 1, finished: 1, ..feedback(5, 1, 6, &foreign) }),
     );
@@ -156,9 +156,9 @@ fn refusals_end_the_delivery_unless_they_are_of_another_session() {
         })
     };
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &refused(1));
+    receive(&mut window, &refused(1));
     assert_eq!(window.outcome(LATER), None);
-    hear(&mut window, &refused(SESSION));
+    receive(&mut window, &refused(SESSION));
     assert_eq!(
         window.outcome(LATER),
         Some(DeliveryOutcome::Refused { sequence: 0, check: Check::Collision, waypoint: 9 })
@@ -182,7 +182,7 @@ fn corrections_of_the_first_chunk_count_for_another_session() {
     };
     let outcome = |feedback: &Feedback| {
         let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-        assert!(hear(&mut window, feedback));
+        assert!(receive(&mut window, feedback));
         window.outcome(LATER)
     };
     let refused = DeliveryOutcome::Refused { sequence: 0, check: Check::WorldDiffers, waypoint: 0 };
@@ -195,7 +195,7 @@ fn corrections_of_the_first_chunk_count_for_another_session() {
 fn forged_feedback_does_not_move_the_window() {
     let chunks = stream(6);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &feedback(5, 1, 2, &chunks));
+    receive(&mut window, &feedback(5, 1, 2, &chunks));
     let good = feedback(5, 2, 4, &chunks);
     let forgeries = [
         Feedback { next_sequence: 7, ..good },
@@ -207,11 +207,11 @@ fn forged_feedback_does_not_move_the_window() {
         feedback(5, 2, 1, &chunks),
     ];
     for forgery in &forgeries {
-        hear(&mut window, &with_crc(*forgery));
+        receive(&mut window, &with_crc(*forgery));
         assert_eq!(window.acknowledged(), 2);
     }
-    assert!(!hear(&mut window, &Feedback { next_sequence: 5, ..good }), "a damaged feedback");
-    hear(&mut window, &good);
+    assert!(!receive(&mut window, &Feedback { next_sequence: 5, ..good }), "a damaged feedback");
+    receive(&mut window, &good);
     assert_eq!(window.acknowledged(), 4);
 }
 
@@ -240,7 +240,7 @@ fn a_controller_that_never_accepts_counts_as_lost() {
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
     let mut go_backs = 0;
     for count in 1.. {
-        hear(&mut window, &feedback(5, count, 0, &chunks));
+        receive(&mut window, &feedback(5, count, 0, &chunks));
         if window.outcome(LATER).is_some() {
             break;
         }
@@ -257,10 +257,10 @@ fn a_controller_that_never_accepts_counts_as_lost() {
 fn a_busy_controller_is_not_idle() {
     let chunks = stream(4);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     for count in 2..20 {
-        hear(&mut window, &with_crc(Feedback { busy: 1, ..feedback(5, count, 0, &chunks) }));
+        receive(&mut window, &with_crc(Feedback { busy: 1, ..feedback(5, count, 0, &chunks) }));
         assert!(!window.go_back());
     }
 }
@@ -269,7 +269,10 @@ fn a_busy_controller_is_not_idle() {
 fn a_later_epoch_supersedes_the_delivery() {
     let chunks = stream(4);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }));
+    receive(
+        &mut window,
+        &with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }),
+    );
     assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Superseded));
     assert!(window.to_send().is_none());
 }
@@ -283,9 +286,9 @@ fn a_second_of_motion_is_on_its_way() {
             if index == 0 { Digest::default() } else { chunks[index - 1].stream_after() };
     }
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     assert_eq!(send_all(&mut window), [0, 1, 2]);
-    hear(&mut window, &feedback(5, 2, 1, &chunks));
+    receive(&mut window, &feedback(5, 2, 1, &chunks));
     assert_eq!(send_all(&mut window), [3]);
 }
 
@@ -303,13 +306,13 @@ fn refusal(count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
 fn a_refusal_that_the_controller_contradicts_does_not_count() {
     let chunks = stream(6);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &feedback(5, 1, 2, &chunks));
-    hear(&mut window, &refusal(2, 2, &chunks));
+    receive(&mut window, &feedback(5, 1, 2, &chunks));
+    receive(&mut window, &refusal(2, 2, &chunks));
     assert_eq!(window.outcome(CONFIRM_TIME / 2), None, "not confirmed");
-    hear(&mut window, &feedback(5, 2, 3, &chunks));
+    receive(&mut window, &feedback(5, 2, 3, &chunks));
     assert_eq!((window.outcome(LATER), window.acknowledged()), (None, 3));
-    hear(&mut window, &refusal(3, 3, &chunks));
-    hear(&mut window, &refusal(4, 3, &chunks));
+    receive(&mut window, &refusal(3, 3, &chunks));
+    receive(&mut window, &refusal(4, 3, &chunks));
     let refused = DeliveryOutcome::Refused { sequence: 3, check: Check::Torque, waypoint: 0 };
     assert_eq!(window.outcome(LATER), Some(refused));
 }
@@ -319,7 +322,7 @@ fn a_refusal_of_another_stream_or_chunk_does_not_count() {
     let chunks = stream(6);
     let of = |feedback: Feedback| {
         let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-        hear(&mut window, &with_crc(feedback));
+        receive(&mut window, &with_crc(feedback));
         window.outcome(LATER)
     };
     let good = refusal(1, 2, &chunks);
@@ -333,12 +336,12 @@ fn a_refusal_of_another_stream_or_chunk_does_not_count() {
 fn an_acceptance_that_the_controller_contradicts_is_taken_back() {
     let chunks = stream(6);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    hear(&mut window, &feedback(5, 1, 2, &chunks));
+    receive(&mut window, &feedback(5, 1, 2, &chunks));
     send_all(&mut window);
-    hear(&mut window, &feedback(5, 2, 6, &chunks));
+    receive(&mut window, &feedback(5, 2, 6, &chunks));
     assert_eq!(window.outcome(CONFIRM_TIME / 2), None, "not confirmed");
     for count in 2..=4 {
-        hear(&mut window, &feedback(5, count + 1, 2, &chunks));
+        receive(&mut window, &feedback(5, count + 1, 2, &chunks));
     }
     assert_eq!((window.outcome(LATER), window.acknowledged()), (None, 2));
     assert_eq!(send_all(&mut window), [2, 3, 4, 5]);
@@ -350,13 +353,13 @@ fn two_processes_that_publish_as_the_controller_end_the_delivery() {
     let mut rivals = SendWindow::new(&chunks, SESSION, 8).unwrap();
     let mut forged = SendWindow::new(&chunks, SESSION, 8).unwrap();
     for count in 1..=u64::from(CONTRADICTIONS_MAX) {
-        hear(&mut rivals, &feedback(5, count, 1, &chunks));
-        hear(&mut rivals, &feedback(6, count, 2, &chunks));
-        hear(&mut forged, &feedback(5, count, 1, &chunks));
-        hear(&mut forged, &refusal(count, 1, &chunks));
+        receive(&mut rivals, &feedback(5, count, 1, &chunks));
+        receive(&mut rivals, &feedback(6, count, 2, &chunks));
+        receive(&mut forged, &feedback(5, count, 1, &chunks));
+        receive(&mut forged, &refusal(count, 1, &chunks));
     }
     for window in [&mut rivals, &mut forged] {
-        hear(window, &feedback(5, 99, 1, &chunks));
+        receive(window, &feedback(5, 99, 1, &chunks));
         assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Contradicted));
     }
 }

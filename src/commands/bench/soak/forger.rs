@@ -23,7 +23,7 @@ pub(crate) struct Forger {
     feedback: Publisher<ipc::Service, Feedback, ()>,
     chunks: Publisher<ipc::Service, PlanChunk, ()>,
     /// The controller's last feedback, and the one before.
-    heard: [Option<Feedback>; 2],
+    received: [Option<Feedback>; 2],
     last_chunk: Option<Box<PlanChunk>>,
     _participant: Participant,
 }
@@ -48,7 +48,7 @@ impl Forger {
             observer,
             feedback,
             chunks,
-            heard: [None; 2],
+            received: [None; 2],
             last_chunk: None,
             _participant: participant,
         })
@@ -58,7 +58,7 @@ impl Forger {
     pub(crate) fn listen(&mut self) {
         while let Ok(Some(feedback)) = self.observer.feedback() {
             if feedback.gaps != FORGED && feedback.controller_id != OTHER_CONTROLLER {
-                self.heard = [Some(feedback), self.heard[0]];
+                self.received = [Some(feedback), self.received[0]];
             }
         }
         while let Ok(Some(chunk)) = self.observer.chunk() {
@@ -79,12 +79,12 @@ impl Forger {
 
     /// The chunks that the robot has executed, and whether its plan is finished.
     pub(crate) fn walked(&self) -> Option<(u64, bool)> {
-        self.heard[0].map(|feedback| (feedback.walked, feedback.finished == 1))
+        self.received[0].map(|feedback| (feedback.walked, feedback.finished == 1))
     }
 
     /// Sends one forged or repeated message; `false` if there is nothing to repeat yet.
     pub(crate) fn disturb(&self, random: &mut Random) -> bool {
-        let Some(last) = self.heard[0] else { return false };
+        let Some(last) = self.received[0] else { return false };
         match random.below(5) {
             0 => self.forge(Feedback {
                 verdict: Verdict::Refused as u32,
@@ -94,7 +94,7 @@ impl Forger {
             }),
             1 => self.forge(Feedback { next_sequence: last.next_sequence + 1, ..last }),
             2 => self.forge(Feedback { controller_id: OTHER_CONTROLLER, ..last }),
-            3 => self.heard[1].is_some_and(|before| self.forge(before)),
+            3 => self.received[1].is_some_and(|before| self.forge(before)),
             _ => {
                 self.last_chunk.as_ref().is_some_and(|chunk| self.chunks.send_copy(**chunk).is_ok())
             }
