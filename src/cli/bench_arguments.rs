@@ -32,6 +32,8 @@ pub enum BenchCommand {
     Threads(ThreadsArguments),
     /// Chunks over our transport beside raw memory, a socket and plain iceoryx2
     Ipc(IpcArguments),
+    /// Walks and requests with random kills, stops and forged messages: nothing may be lost
+    Soak(SoakArguments),
     /// Success rates of foot placement sampling: figure 4.10 of the thesis, and further features
     Footholds(FootholdsArguments),
 }
@@ -257,6 +259,37 @@ pub struct IpcArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `surefoot bench soak`.
+#[derive(Debug, Args)]
+pub struct SoakArguments {
+    /// The scenario of the walks
+    #[arg(long, value_name = "SCENARIO", default_value = "stepping_stones")]
+    pub scenario: PathBuf,
+    /// The scenario of the pair that serves requests
+    #[arg(long, value_name = "SCENARIO", default_value = "flat_walk")]
+    pub request_scenario: PathBuf,
+    /// Walks
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub walks: u64,
+    /// Requests
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub requests: u64,
+    /// Begin no further walk or request after this time, s
+    #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// The seed of the faults
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && *number <= 1e9);
+    number.ok_or_else(|| "a positive number of at most 1e9 is needed".into())
 }
 
 /// The scenarios to run.

@@ -179,11 +179,13 @@ impl Run<'_> {
     ) -> Result<Delivery, CommandError> {
         let mut accepted = 0;
         let total = chunks.len() as u64;
+        let plan = chunks.first().map(|chunk| (chunk.plan_id, chunk.epoch));
         let delivery = publisher.deliver(
             chunks,
             &mut |feedback| {
-                if feedback.next_sequence != accepted {
-                    accepted = feedback.next_sequence;
+                let is_of_plan = Some((feedback.plan_id, feedback.epoch)) == plan;
+                if is_of_plan && feedback.next_sequence.min(total) != accepted {
+                    accepted = feedback.next_sequence.min(total);
                     // The final event repeats the number, so a lost one does no harm.
                     let _ = self.emit(&RoleEvent::Delivering { accepted, chunks: total });
                 }

@@ -7,6 +7,7 @@ use crate::commands::bench::ipc;
 use crate::commands::bench::lower_bound;
 use crate::commands::bench::replan::replan_bench;
 use crate::commands::bench::scale::scale_bench;
+use crate::commands::bench::soak::soak_bench;
 use crate::commands::bench::steps;
 use crate::commands::bench::thesis::thesis_bench;
 use crate::commands::bench::threads::threads_bench;
@@ -26,6 +27,7 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Scale(arguments) => scale_bench::run(arguments),
         BenchCommand::Threads(arguments) => threads_bench::run(arguments),
         BenchCommand::Ipc(arguments) => ipc::run(arguments),
+        BenchCommand::Soak(arguments) => soak_bench::run(arguments),
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
     }
 }

@@ -11,6 +11,7 @@ pub mod replan;
 pub mod row;
 pub mod scale;
 pub mod scenarios;
+pub mod soak;
 pub mod statistics;
 pub mod steps;
 pub mod table;
