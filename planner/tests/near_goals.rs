@@ -24,7 +24,7 @@ fn goal([dx, dy]: [f64; 2], yaw: f64, stance_width: f64) -> Case {
     (scenario.start.position, scenario.start.yaw) = (DVec3::ZERO, 0.0);
     (scenario.goal.position, scenario.goal.yaw) = (DVec3::new(dx, dy, 0.0), yaw);
     (scenario.start.stance_width, scenario.goal.stance_width) = (stance_width, stance_width);
-    (scenario.goal_position_tolerance, scenario.goal_yaw_tolerance) = (0.01, 0.01);
+    (scenario.goal_tolerance.position, scenario.goal_tolerance.yaw) = (0.01, 0.01);
     case.with_box([0.0, 0.0, -0.25], [5.0, 5.0, 0.25])
         .configured(|planner| planner.work_max = WORK_MAX)
 }

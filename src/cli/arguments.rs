@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
+use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
 use crate::system::cores::{THREADS_MAX, default_threads};
@@ -56,6 +57,69 @@ pub enum Command {
     Bench(BenchArguments),
     /// Report whether this machine can run a walk
     Doctor(DoctorArguments),
+    /// List the scenarios, robots and worlds that the program carries
+    List(ListArguments),
+    /// Write a first scenario, with a world and a robot, to a folder
+    New(NewArguments),
+    /// Draw an exported plan
+    Picture(PictureArguments),
+    /// Say what an exported plan does, or why a run found none
+    Explain(ExplainArguments),
+    /// Print a shell's completions of these commands
+    Completions(CompletionsArguments),
+    /// Write the manual pages of all commands to a folder
+    Man(ManArguments),
+}
+
+/// `surefoot list`.
+#[derive(Debug, Args)]
+pub struct ListArguments {
+    /// Print one JSON object a line
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot new`.
+#[derive(Debug, Args)]
+pub struct NewArguments {
+    /// The folder; it is made if it does not exist
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+}
+
+/// `surefoot picture`.
+#[derive(Debug, Args)]
+pub struct PictureArguments {
+    /// The exported plan
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// The picture: still (.png) or animated (.apng)
+    #[arg(value_name = "OUT.png|OUT.apng")]
+    pub out: PathBuf,
+}
+
+/// `surefoot explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArguments {
+    /// The exported plan, or the report of a run
+    #[arg(value_name = "PLAN.json|REPORT.json")]
+    pub file: PathBuf,
+}
+
+/// `surefoot completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+/// `surefoot man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// The folder; it is made if it does not exist
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }
 
 /// `surefoot walk`.
@@ -67,6 +131,9 @@ pub struct WalkArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub outputs: OutputArguments,
+    /// The name of the walk's instance [default: walk-PID]
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
     /// Most restarts of processes that were killed, of both together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
@@ -112,6 +179,9 @@ pub struct ControlArguments {
     /// The seed of the plan, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// How the plan moves, instead of the scenario's
+    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    pub motion: Option<MotionKind>,
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
     pub instance: String,
@@ -205,6 +275,11 @@ fn positive(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
 }
 
+fn motion(name: &str) -> Result<MotionKind, String> {
+    MotionKind::from_name(name)
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
+}
+
 /// `surefoot monitor`.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
@@ -271,11 +346,15 @@ pub struct DoctorArguments {
 /// The inputs of a search.
 #[derive(Debug, Args)]
 pub struct SearchArguments {
-    /// The file that names robot, world, start, goal and work limit
+    /// The file that names robot, world, start, goal and work limit, or a name that `surefoot list`
+    /// shows
     pub scenario: PathBuf,
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
+    /// How the plan moves, instead of the scenario's: in straight lines with rests, or smoothly
+    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    pub motion: Option<MotionKind>,
     /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
@@ -297,13 +376,13 @@ impl SearchArguments {
 /// The files that a command writes.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
-    /// Write the plan as a biped-plan/1 file
+    /// Write the plan as a biped-plan/1 file (-: to the standard output)
     #[arg(long, value_name = "PLAN.json")]
     pub export: Option<PathBuf>,
-    /// Draw the walk: still (.png) or animated (.apng)
+    /// Draw the walk, or without a plan the search: still (.png) or animated (.apng)
     #[arg(long, value_name = "OUT.png|OUT.apng")]
     pub picture: Option<PathBuf>,
-    /// Write a report
+    /// Write a report (-: to the standard output)
     #[arg(long, value_name = "REPORT.json")]
     pub json: Option<PathBuf>,
     /// Show no progress, only the summary
@@ -320,6 +399,9 @@ pub struct RoleArguments {
     /// Report events as JSON lines on stdout, and end with the parent process
     #[arg(long, hide = true)]
     pub report_lines: bool,
+    /// Write the plan to this descriptor, a file in memory, instead of --export
+    #[arg(long, hide = true, value_name = "N")]
+    pub plan_descriptor: Option<u32>,
 }
 
 impl Arguments {

@@ -2,24 +2,27 @@
 
 use std::collections::BTreeMap;
 use std::ops::Bound;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::parameter::{Parameter, Range, Value};
 use surefoot_shared_types::config::parameter_lines::parameter_lines;
 use surefoot_shared_types::config::parameters::PARAMETERS;
-use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
+use surefoot_shared_types::config::scenario_source::ScenarioSource;
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
 
 use crate::cli::arguments::ConfigShowArguments;
+use crate::input::shipped::scenario_path;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
 
 /// The parameters in use, and the lines of the scenario file that set them.
-struct Configuration<'a> {
-    scenario: Option<&'a Path>,
+struct Configuration {
+    scenario: Option<PathBuf>,
     planner: PlannerConfig,
     checker: CheckerConfig,
+    execution: ExecutionConfig,
     lines: BTreeMap<String, usize>,
 }
 
@@ -34,25 +37,27 @@ pub fn run(arguments: &ConfigShowArguments) -> Result<CommandOutcome, CommandErr
     Ok(CommandOutcome::Done)
 }
 
-fn configuration(scenario: Option<&Path>) -> Result<Configuration<'_>, CommandError> {
-    let (planner, checker, lines) = match scenario {
+fn configuration(scenario: Option<&Path>) -> Result<Configuration, CommandError> {
+    let scenario = scenario.map(scenario_path).transpose()?;
+    let (planner, checker, execution, lines) = match &scenario {
         Some(path) => {
-            let loaded = load_scenario(path)?;
-            (loaded.planner, loaded.checker, parameter_lines(path)?)
+            let source = ScenarioSource::read(path)?;
+            let loaded = scenario_of(&source)?;
+            (loaded.planner, loaded.checker, loaded.execution, parameter_lines(&source)?)
         }
         None => Default::default(),
     };
-    Ok(Configuration { scenario, planner, checker, lines })
+    Ok(Configuration { scenario, planner, checker, execution, lines })
 }
 
-impl Configuration<'_> {
+impl Configuration {
     fn value(&self, parameter: &Parameter) -> Value {
-        (parameter.value)(&self.planner, &self.checker)
+        (parameter.value)(&self.planner, &self.checker, &self.execution)
     }
 
     /// The scenario file and the line, or `default`.
     fn origin(&self, parameter: &Parameter) -> String {
-        match (self.scenario, self.lines.get(parameter.name)) {
+        match (&self.scenario, self.lines.get(parameter.name)) {
             (Some(path), Some(line)) => format!("{}:{line}", path.display()),
             _ => "default".to_owned(),
         }
@@ -83,7 +88,7 @@ impl Configuration<'_> {
     fn json(&self) -> String {
         let parameters: Vec<serde_json::Value> =
             PARAMETERS.iter().map(|parameter| self.json_of(parameter)).collect();
-        let scenario = self.scenario.map(|path| path.display().to_string());
+        let scenario = self.scenario.as_ref().map(|path| path.display().to_string());
         json!({ "scenario": scenario, "parameters": parameters }).to_string()
     }
 
@@ -108,6 +113,7 @@ fn number(value: Value) -> serde_json::Value {
     match value {
         Value::Count(count) => count.into(),
         Value::Real(number) => number.into(),
+        Value::Name(name) => name.into(),
     }
 }
 
@@ -129,5 +135,6 @@ fn range(range: Range) -> serde_json::Value {
                 "max": max, "max_included": max_included,
             })
         }
+        Range::Names(names) => json!({ "names": names }),
     }
 }

@@ -85,7 +85,7 @@ impl Problem {
                 plan.phases.first(),
             ),
             goal: on_contacts(
-                end_block(&model, &scenario.goal, scenario.goal_position_tolerance),
+                end_block(&model, &scenario.goal, scenario.goal_tolerance.position),
                 plan.phases.last(),
             ),
             model,
