@@ -36,6 +36,8 @@ pub enum BenchCommand {
     Soak(SoakArguments),
     /// Success rates of foot placement sampling: figure 4.10 of the thesis, and further features
     Footholds(FootholdsArguments),
+    /// Random goals near the start on a bare floor: success, steps, work and time
+    Goals(GoalsArguments),
 }
 
 /// `surefoot bench thesis`.
@@ -240,6 +242,55 @@ pub struct ThreadsArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub scenarios: ScenarioArguments,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench goals`.
+#[derive(Debug, Args)]
+pub struct GoalsArguments {
+    /// The robot
+    #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
+    pub robot: PathBuf,
+    /// Number of goals
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    /// Largest distance of a goal from the start, m
+    #[arg(long, value_name = "M", default_value_t = 1.5)]
+    pub radius: f64,
+    /// Largest turn of a goal against the start, rad
+    #[arg(long, value_name = "RAD", default_value_t = std::f64::consts::PI)]
+    pub turn: f64,
+    /// Distance between the feet at the start and at every goal, m
+    #[arg(long, value_name = "M", default_value_t = 0.2)]
+    pub stance_width: f64,
+    /// Tolerance of the goals' positions, m
+    #[arg(long, value_name = "M", default_value_t = 0.01)]
+    pub position_tolerance: f64,
+    /// Tolerance of the goals' headings, rad
+    #[arg(long, value_name = "RAD", default_value_t = 0.01)]
+    pub yaw_tolerance: f64,
+    /// Work units of each search at most
+    #[arg(long, value_name = "N", default_value_t = 60_000)]
+    pub work: u64,
+    /// The seed of the searches
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// The seed of the goals
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub goals_seed: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub threads: ThreadArguments,
+    /// Write goals.csv into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

@@ -6,6 +6,8 @@
 mod bottlenecks;
 mod chunk_stage;
 mod connection;
+mod direct_stage;
+mod direct_steps;
 mod endpoint_stage;
 mod endpoints;
 mod foothold_order;

@@ -7,6 +7,7 @@
 //! | --- | --- | --- |
 //! | Endpoints | the robot at the start and at the goal | 4.4.1 |
 //! | Route | a guide route, with the crouch profile (stage P) | 3, 4.1-4.3 |
+//! | DirectSteps | footholds of steps straight to a near goal | 4.4.2 |
 //! | Segmentation | segments of the route that share their end states | 3.2 |
 //! | Footholds | footholds along the route | 4.2, 4.4.4 |
 //! | Connections | transitions between footholds | 4.4.2 |
@@ -37,6 +38,7 @@ use crate::motion::mode_graph::ModeGraph;
 use crate::pipeline::bottlenecks::Bottleneck;
 use crate::pipeline::chunk_stage::ChunkStage;
 use crate::pipeline::connection::ConnectionStage;
+use crate::pipeline::direct_stage::DirectStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
 use crate::pipeline::outcome::{Bound, Outcome, Status};
@@ -91,6 +93,7 @@ impl Stages {
         match stage {
             Stage::Endpoints => self.endpoints.step(context, search, budget),
             Stage::Route => self.route.step(context, search, budget),
+            Stage::DirectSteps => DirectStage.step(context, search, budget),
             Stage::Segmentation => self.segmentation.step(context, search, budget),
             Stage::Footholds => FootholdStage.step(context, search, budget),
             Stage::Connections => ConnectionStage.step(context, search, budget),
@@ -243,6 +246,7 @@ impl Planner {
             + search.segments.bytes()
             + search.segmentation.bytes()
             + search.footholds.selection.bytes()
+            + search.direct.bytes()
             + nearest_vertices;
         [
             ("possibility", search.route.bytes() + search.crouch.bytes()),

@@ -19,6 +19,7 @@ use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::SearchBatch;
 use crate::pipeline::chunk_stage::ChunkStage;
+use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::endpoints::StanceSurfaces;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
@@ -235,6 +236,7 @@ impl<'a> PlannerBuilder<'a> {
                 nearest_vertices: reserve(config.footholds_max as usize),
                 is_new_route: false,
             },
+            direct: DirectSteps::new(),
             segmentation: Segmentation::new(transitions_max),
             segments: SegmentSearches::new(config),
             batch: SearchBatch::default(),

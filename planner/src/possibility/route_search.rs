@@ -166,6 +166,13 @@ impl RouteSearch {
         self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
     }
 
+    /// Makes these poses the route, without placements.
+    pub fn set_route(&mut self, poses: impl Iterator<Item = MidFeetPose>) {
+        self.route.clear();
+        self.route.vertices.extend(poses.map(|pose| Vertex::root(pose, None)));
+        self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
+    }
+
     /// Excludes the region around a pose where stage M failed from sampling; `radius` in the metric
     /// of Gamma_P, m.
     pub fn block(&mut self, pose: MidFeetPose, radius: f64) {

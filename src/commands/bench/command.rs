@@ -3,6 +3,7 @@
 
 use crate::cli::bench_arguments::{BenchArguments, BenchCommand};
 use crate::commands::bench::footholds::footholds_bench;
+use crate::commands::bench::goals;
 use crate::commands::bench::ipc;
 use crate::commands::bench::lower_bound;
 use crate::commands::bench::replan::replan_bench;
@@ -29,5 +30,6 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Ipc(arguments) => ipc::run(arguments),
         BenchCommand::Soak(arguments) => soak_bench::run(arguments),
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
+        BenchCommand::Goals(arguments) => goals::run(arguments),
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod command;
 pub mod footholds;
+pub mod goals;
 pub mod ipc;
 pub mod journal;
 pub mod lower_bound;
