@@ -27,7 +27,7 @@ fn a_file_of_another_kind_is_named_with_the_next_step() {
         ("plan", "mesh.stl", "is a mesh, and a scenario is needed"),
         ("plan", "picture.png", "is a picture, and a scenario is needed"),
         ("plan", "flat.toml.gz", "is a compressed file, and a scenario is needed"),
-        ("plan", "inner", "is a folder"),
+        ("plan", "./inner", "is a folder"),
         ("config show", "walled.toml", "is a world, and a scenario is needed"),
         ("check", "flat.toml", "is a scenario, and a plan is needed"),
         ("check", "report.json", "is a report, and a plan is needed"),

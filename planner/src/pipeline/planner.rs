@@ -47,6 +47,7 @@ use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::retrace::{Retrace, steps_retraced};
 use crate::pipeline::route_stage::RouteStage;
 use crate::pipeline::search::{Search, SearchStats};
+use crate::pipeline::search_trace::SearchTrace;
 use crate::pipeline::segment_cycle::{ConfigurationStage, MotionStage};
 use crate::pipeline::segment_stage::SegmentStage;
 use crate::pipeline::segmentation_stage::SegmentationStage;
@@ -210,6 +211,11 @@ impl Planner {
     /// The place where most sequences failed, if any did.
     pub fn bottleneck(&self) -> Option<Bottleneck> {
         self.stages.recovery.bottleneck()
+    }
+
+    /// How far the search came. Allocates.
+    pub fn trace(&self) -> SearchTrace {
+        SearchTrace::of(&self.search.route, self.stats().used_straight_line, self.bottleneck())
     }
 
     /// How far back the plan leads first.

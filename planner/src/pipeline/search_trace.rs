@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::pipeline::planner::Planner;
+use crate::pipeline::bottlenecks::Bottleneck;
+use crate::possibility::RouteSearch;
 
 /// The places that a search reached. Points lie midway between the soles, in the world, m.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,17 +16,19 @@ pub struct SearchTrace {
     pub bottleneck: Option<DVec3>,
 }
 
-impl Planner {
-    /// How far the search came. Allocates.
-    pub fn trace(&self) -> SearchTrace {
-        let route = &self.search.route;
-        let is_searched = !self.stats().used_straight_line;
-        let found = route.route();
-        let vertices = if is_searched { found.vertex_count() } else { 0 };
-        SearchTrace {
-            tree: route.tree_edges().collect(),
-            route: (0..vertices).map(|index| found.pose(index).position).collect(),
-            bottleneck: self.bottleneck().map(|place| place.position),
+impl SearchTrace {
+    /// The trace of a search. Allocates.
+    pub(crate) fn of(
+        search: &RouteSearch,
+        used_straight_line: bool,
+        bottleneck: Option<Bottleneck>,
+    ) -> Self {
+        let route = search.route();
+        let vertices = if used_straight_line { 0 } else { route.vertex_count() };
+        Self {
+            tree: search.tree_edges().collect(),
+            route: (0..vertices).map(|index| route.pose(index).position).collect(),
+            bottleneck: bottleneck.map(|place| place.position),
         }
     }
 }
