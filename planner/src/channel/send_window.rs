@@ -135,6 +135,7 @@ impl<'a> SendWindow<'a> {
         if !feedback.is_well_formed() {
             return false;
         }
+        let claim = self.claim();
         if self.controllers.status(feedback.controller_id) != SenderStatus::Current {
             if self.controllers.current().is_some() && silence < TAKEOVER_SILENCE {
                 self.disputes.has_rival = true;
@@ -144,7 +145,6 @@ impl<'a> SendWindow<'a> {
         } else if std::mem::take(&mut self.disputes.has_rival) {
             self.disputes.contradictions += 1;
         }
-        let claim = self.claim();
         let is_new = feedback.count != self.stall.last_count;
         self.advance(self.acknowledged_in(feedback), feedback);
         self.refusal = self.refusal_in(feedback).or_else(|| self.supersession_in(feedback));
@@ -314,11 +314,11 @@ impl<'a> SendWindow<'a> {
             return None;
         }
         // The refused chunk follows the accepted ones, and these are ours.
-        let is_of_stream = feedback.refused_sequence == feedback.next_sequence
-            && self.acknowledged_in(feedback).is_some();
-        let is_this_session = feedback.session == self.session && is_of_stream;
-        let concerns_this_plan =
-            is_this_session || feedback.session == 0 || self.acknowledged_in(feedback) > Some(0);
+        let acknowledged = self.acknowledged_in(feedback);
+        let is_of_stream =
+            feedback.refused_sequence == feedback.next_sequence && acknowledged.is_some();
+        let is_addressed = feedback.session == self.session || acknowledged > Some(0);
+        let concerns_this_plan = is_of_stream && is_addressed || feedback.session == 0;
         if !(concerns_this_plan || self.is_correction_of_first_chunk(feedback)) {
             return None;
         }
