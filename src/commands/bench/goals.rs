@@ -11,7 +11,7 @@ use surefoot_planner::{Planner, Status};
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::builder::ScenarioContent;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
-use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
@@ -137,6 +137,7 @@ fn scenario(
         seed: arguments.seed,
         planner: PlannerConfig { work_max: arguments.work, ..PlannerConfig::default() },
         checker: CheckerConfig::default(),
+        execution: ExecutionConfig::default(),
     };
     content.build().map_err(|error| CommandError::Usage(error.to_string()))
 }
