@@ -13,7 +13,7 @@ use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::{Outcome, Planner};
 
 /// Work that a goal within 1.5 m may take.
-const WORK_MAX: u64 = 12_000;
+const WORK_MAX: u64 = 30_000;
 
 /// The shipped robot at the origin of a bare floor, with a goal in its own frame and tight
 /// tolerances.

@@ -56,7 +56,7 @@ impl DirectStage {
         if search.direct.placements.is_empty() {
             add_placements(context, search);
         }
-        if let Some(next) = search.direct.next_test {
+        if let Some(next) = search.direct.tests.next {
             return test(context, search, next);
         }
         let collision = &context.constraints.collision;
@@ -65,7 +65,7 @@ impl DirectStage {
         if has_path == Some(false) || search.stats.work > WORK_MAX {
             return Ok(Event::NewRoute);
         }
-        (search.direct.next_test, search.direct.has_failed) = (has_path.map(|_| 0), false);
+        (search.direct.tests.next, search.direct.tests.has_failed) = (has_path.map(|_| 0), false);
         Ok(Event::Continue)
     }
 }
@@ -75,12 +75,12 @@ impl DirectStage {
 fn test(context: &PlanningContext, search: &mut Search, next: usize) -> Result<Event, ArenaFull> {
     let count = search.direct.path.len();
     for index in next..2 * count - 1 {
-        search.direct.next_test = Some(index + 1);
+        search.direct.tests.next = Some(index + 1);
         let is_due = if index < count {
             search.direct.placements[search.direct.path[index]].foothold.is_none()
         } else {
             let [a, b] = search.direct.step(index - count);
-            !search.direct.has_failed && !search.direct.is_tested(a, b)
+            !search.direct.tests.has_failed && !search.direct.is_tested(a, b)
         };
         if is_due {
             let passes = if index < count {
@@ -88,12 +88,13 @@ fn test(context: &PlanningContext, search: &mut Search, next: usize) -> Result<E
             } else {
                 test_step(context, search, search.direct.step(index - count))?
             };
-            search.direct.has_failed |= !passes;
+            search.direct.tests.has_failed |= !passes;
             return Ok(Event::Continue);
         }
     }
-    search.direct.next_test = None;
-    if search.direct.has_failed {
+    search.direct.tests.next = None;
+    if search.direct.tests.has_failed {
+        search.direct.tests.failed_paths += 1;
         return Ok(Event::Continue);
     }
     take_path(search)?;

@@ -16,7 +16,7 @@ use crate::motion::ids::FootholdId;
 use crate::preparation::step_limits::StepLimits;
 
 /// Most placements of both feet.
-pub(crate) const PLACEMENTS_MAX: usize = 384;
+pub(crate) const PLACEMENTS_MAX: usize = 400;
 /// Cost of a step in addition to its effort, m^3: a long step costs less than two short ones.
 const STEP_BASE: f64 = 0.4;
 
@@ -37,6 +37,8 @@ pub(crate) struct StepPlacement {
 
 /// Attempts that count for a step near the step limits.
 const DOUBTFUL_ATTEMPTS: f32 = 30.0;
+/// Growth of their expected effort with each path that failed a test.
+const DOUBT_GROWTH: f32 = 0.2;
 /// Effort of a step up to which no other path is searched, m^3: about the cost of a step.
 const ACCEPTABLE_EFFORT: f32 = 0.5;
 /// Effort of a step like one that failed a test, m^3.
@@ -50,7 +52,7 @@ const KNOWN_MAX: usize = 2_048;
 const REJECTED: f32 = f32::INFINITY;
 
 /// A step that was not looked at.
-const UNKNOWN: StepCost = StepCost { effort: -1.0, is_tested: false };
+const UNKNOWN: StepCost = StepCost { effort: -1.0, is_tested: false, is_doubtful: false };
 
 /// The knowledge about the step between two placements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,6 +61,19 @@ struct StepCost {
     effort: f32,
     /// Whether it was tested.
     is_tested: bool,
+    /// Whether it lies near the step limits.
+    is_doubtful: bool,
+}
+
+/// The tests of a path, and of those before it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct PathTests {
+    /// The next test: of its placements, then of its steps; none while it is searched.
+    pub next: Option<usize>,
+    /// Whether a test failed.
+    pub has_failed: bool,
+    /// Number of paths that failed a test.
+    pub failed_paths: u32,
 }
 
 /// The placements of both feet about the straight way to a near goal, and the steps between them,
@@ -80,10 +95,8 @@ pub(crate) struct DirectSteps {
     pub is_active: bool,
     /// Whether a path is being searched.
     is_searching: bool,
-    /// The next test of the path: of its placements, then of its steps; none while it is searched.
-    pub next_test: Option<usize>,
-    /// Whether a test of the path failed.
-    pub has_failed: bool,
+    /// The tests of the path.
+    pub tests: PathTests,
     known: KnownEfforts,
 }
 
@@ -97,14 +110,15 @@ fn cubed_length([left, right]: [&Pose; 2]) -> f32 {
     (2.0 * length * length * length) as f32
 }
 
-/// The expected effort of a step by the step limits, m^3; infinite beyond them.
-fn expected_effort(limits: &StepLimits, soles: [&Pose; 2]) -> f32 {
+/// The expected effort of a step by the step limits, m^3, infinite beyond them; and whether it lies
+/// near them.
+fn expected_effort(limits: &StepLimits, soles: [&Pose; 2]) -> (f32, bool) {
     let [left, right] = soles;
     let is_inside = limits.is_inside(0, left, right) && limits.is_inside(1, right, left);
     match () {
-        () if is_inside => cubed_length(soles),
-        () if limits.may_step(soles) => DOUBTFUL_ATTEMPTS * cubed_length(soles),
-        () => REJECTED,
+        () if is_inside => (cubed_length(soles), false),
+        () if limits.may_step(soles) => (DOUBTFUL_ATTEMPTS * cubed_length(soles), true),
+        () => (REJECTED, false),
     }
 }
 
@@ -149,8 +163,7 @@ impl DirectSteps {
             is_tried: false,
             is_active: false,
             is_searching: false,
-            next_test: None,
-            has_failed: false,
+            tests: PathTests::default(),
             known: KnownEfforts { sorted: reserve(KNOWN_MAX) },
         }
     }
@@ -176,7 +189,7 @@ impl DirectSteps {
     /// whether it is acceptable, or no more than was expected.
     pub fn record(&mut self, a: usize, b: usize, effort: f64) -> bool {
         let (effort, expected) = (effort as f32, self.effort_so_far(a, b));
-        self.steps[index_of(a, b)] = StepCost { effort, is_tested: true };
+        self.steps[index_of(a, b)] = StepCost { effort, is_tested: true, is_doubtful: false };
         self.known.record(self.offset_key(a, b), effort);
         effort <= expected.max(ACCEPTABLE_EFFORT)
     }
@@ -184,7 +197,8 @@ impl DirectSteps {
     /// Excludes a step.
     pub fn reject(&mut self, a: usize, b: usize) {
         self.known.record(self.offset_key(a, b), REJECTED_ALIKE);
-        self.steps[index_of(a, b)] = StepCost { effort: REJECTED, is_tested: true };
+        self.steps[index_of(a, b)] =
+            StepCost { effort: REJECTED, is_tested: true, is_doubtful: false };
     }
 
     /// Advances the search for the cheapest path from the start to the goal by one placement.
@@ -265,7 +279,8 @@ impl DirectSteps {
             step.effort = if is_goal {
                 cubed_length(soles)
             } else {
-                let effort = expected_effort(limits, soles);
+                let (effort, is_doubtful) = expected_effort(limits, soles);
+                step.is_doubtful = is_doubtful;
                 let is_free = effort < REJECTED && !do_collide(soles);
                 if is_free { effort } else { REJECTED }
             };
@@ -276,9 +291,14 @@ impl DirectSteps {
     /// The effort of a step that was looked at; what was found on other placements with nearly the
     /// same offset holds for it, too.
     fn effort_so_far(&self, a: usize, b: usize) -> f32 {
-        let StepCost { effort, is_tested } = self.steps[index_of(a, b)];
-        let is_alike = !is_tested && effort < REJECTED;
-        if is_alike { effort.max(self.known.get(self.offset_key(a, b))) } else { effort }
+        let StepCost { effort, is_tested, is_doubtful } = self.steps[index_of(a, b)];
+        if is_tested || effort == REJECTED {
+            return effort;
+        }
+        // The more paths have failed, the less a doubtful step is worth a test.
+        let doubt =
+            if is_doubtful { 1.0 + DOUBT_GROWTH * self.tests.failed_paths as f32 } else { 1.0 };
+        (doubt * effort).max(self.known.get(self.offset_key(a, b)))
     }
 
     /// The offset between two placements of different feet, rounded.
