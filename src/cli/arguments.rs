@@ -180,7 +180,7 @@ pub struct ControlArguments {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
-    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    #[arg(long, value_name = "quasi_static", value_parser = motion)]
     pub motion: Option<MotionKind>,
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
@@ -277,7 +277,8 @@ fn positive(text: &str) -> Result<f64, String> {
 
 fn motion(name: &str) -> Result<MotionKind, String> {
     MotionKind::from_name(name)
-        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
+        .filter(|motion| MotionKind::PLANNED.contains(&motion.name()))
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::PLANNED.join(", ")))
 }
 
 /// `surefoot monitor`.
@@ -352,8 +353,8 @@ pub struct SearchArguments {
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// How the plan moves, instead of the scenario's: in straight lines with rests, or smoothly
-    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    /// How the plan moves, instead of the scenario's
+    #[arg(long, value_name = "quasi_static", value_parser = motion)]
     pub motion: Option<MotionKind>,
     /// Planner threads, at most one for each core; the plan does not depend on them
     /// [default: 2, or 1 on one core]
