@@ -151,6 +151,12 @@ pub struct SearchStats {
     pub primitives: u64,
     /// Motions that pi_S could not give although C_S holds; always 0.
     pub primitives_failed: u64,
+    /// How often the robot rests between the first and the last configuration of a smooth path.
+    pub rests: u64,
+    /// Phases of a smooth path that keep the searched motion.
+    pub searched_phases: u64,
+    /// Pieces of a smooth path that cannot be walked within the limits, however slowly.
+    pub beyond_limits: u64,
     /// Edges of the current guide route.
     pub route_edges: LabelStats,
     /// Edges of the trees of stage P.
