@@ -63,6 +63,8 @@ pub enum Command {
     New(NewArguments),
     /// Draw an exported plan
     Picture(PictureArguments),
+    /// Say what an exported plan does, or why a run found none
+    Explain(ExplainArguments),
     /// Print a shell's completions of these commands
     Completions(CompletionsArguments),
     /// Write the manual pages of all commands to a folder
@@ -96,6 +98,14 @@ pub struct PictureArguments {
     pub out: PathBuf,
 }
 
+/// `surefoot explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArguments {
+    /// The exported plan, or the report of a run
+    #[arg(value_name = "PLAN.json|REPORT.json")]
+    pub file: PathBuf,
+}
+
 /// `surefoot completions`.
 #[derive(Debug, Args)]
 pub struct CompletionsArguments {
@@ -121,6 +131,9 @@ pub struct WalkArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub outputs: OutputArguments,
+    /// The name of the walk's instance [default: walk-PID]
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
     /// Most restarts of processes that were killed, of both together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
@@ -363,13 +376,13 @@ impl SearchArguments {
 /// The files that a command writes.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
-    /// Write the plan as a biped-plan/1 file
+    /// Write the plan as a biped-plan/1 file (-: to the standard output)
     #[arg(long, value_name = "PLAN.json")]
     pub export: Option<PathBuf>,
-    /// Draw the walk: still (.png) or animated (.apng)
+    /// Draw the walk, or without a plan the search: still (.png) or animated (.apng)
     #[arg(long, value_name = "OUT.png|OUT.apng")]
     pub picture: Option<PathBuf>,
-    /// Write a report
+    /// Write a report (-: to the standard output)
     #[arg(long, value_name = "REPORT.json")]
     pub json: Option<PathBuf>,
     /// Show no progress, only the summary
@@ -386,6 +399,9 @@ pub struct RoleArguments {
     /// Report events as JSON lines on stdout, and end with the parent process
     #[arg(long, hide = true)]
     pub report_lines: bool,
+    /// Write the plan to this descriptor, a file in memory, instead of --export
+    #[arg(long, hide = true, value_name = "N")]
+    pub plan_descriptor: Option<u32>,
 }
 
 impl Arguments {

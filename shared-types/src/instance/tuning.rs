@@ -47,6 +47,13 @@ pub const PEER_POLLING_TIME: Duration = Duration::from_micros(250);
 
 // Opening instances and services.
 
+/// Attempts to create a base folder with a random name.
+pub(crate) const BASE_ATTEMPTS_MAX: usize = 20;
+/// Attempts to lock the folder that holds it, and the pause between them: half a second in all.
+pub(crate) const BASE_LOCK_ATTEMPTS_MAX: usize = 100;
+/// See [`BASE_LOCK_ATTEMPTS_MAX`].
+pub(crate) const BASE_LOCK_PAUSE: Duration = Duration::from_millis(5);
+
 /// Attempts to lock an instance that another process creates or removes.
 pub(crate) const LOCK_ATTEMPTS_MAX: usize = 20;
 /// Time between two of these attempts.
