@@ -92,8 +92,8 @@ impl PathTiming {
         seconds
     }
 
-    /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than is
-    /// allowed, or than the motion at full speed takes.
+    /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than
+    /// they allow, or than the motion at full speed takes.
     fn ramp_holds(&self, begin: f64, ramp: Ramp) -> bool {
         (0..=RAMP_SAMPLES).all(|sample| {
             let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
