@@ -110,7 +110,7 @@ pub(crate) fn joint_rates(
 ) -> RateSet {
     let mut rates = RateSet::within(RATE_MAX * RATE_MAX, RATE_CHANGE_MAX);
     let efforts = level.efforts(limits);
-    for joint in 0..joints_len {
+    for (joint, effort) in efforts.iter().enumerate().take(joints_len) {
         let (first, second) = (state.first[6 + joint], state.second[6 + joint]);
         let speed = LIMITS_PART * limits.speeds[joint];
         rates.clip(DVec2::X, (speed / first.abs().max(1e-9)).powi(2));
@@ -124,7 +124,7 @@ pub(crate) fn joint_rates(
             feet if feet.iter().any(|foot| chains[foot.limb].contains(&joint)) => continue,
             _ => dynamics.torque(joint),
         };
-        let limit = LIMITS_PART * efforts[joint];
+        let limit = LIMITS_PART * effort;
         rates.clip(torque.slope, limit - torque.constant);
         rates.clip(-torque.slope, limit + torque.constant);
     }

@@ -150,7 +150,7 @@ impl TimedRobot {
         let support = Support::new(span, level, 0.0, self.limits.friction);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
         let mut load: f64 = 0.0;
-        for joint in 0..self.joints_len {
+        for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
             let torque = match support.feet.as_slice() {
@@ -160,7 +160,7 @@ impl TimedRobot {
                 feet if feet.iter().any(|foot| self.chains[foot.limb].contains(&joint)) => continue,
                 _ => dynamics.torque(joint),
             };
-            load = load.max(torque.constant.abs() / efforts[joint]);
+            load = load.max(torque.constant.abs() / effort);
         }
         let problem = self.problem(&dynamics, &support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
