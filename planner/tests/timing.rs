@@ -16,7 +16,7 @@ use smooth_walk::{SmoothWalk, smooth_walk};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::robot::inverse_dynamics::{
-    BodyFrames, Effort, InverseDynamics, VELOCITY_MAX,
+    GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX,
 };
 use surefoot_planner::timing::limits::TimingLimits;
 use surefoot_planner::timing::path_point::PathSpan;
@@ -44,7 +44,7 @@ fn torques_of_gravity_agree_with_pinocchio() {
         model.joints.iter().enumerate().for_each(|(i, joint)| q[i] = from[at(&joint.name)]);
         let rotation = DQuat::from_slice(&numbers(&case["root_quat_xyzw"])).normalize();
         let root = Pose::from_parts(DVec3::from_slice(&numbers(&case["root_xyz"])), rotation);
-        let mut frames = BodyFrames::default();
+        let mut frames = LinkFrames::default();
         dynamics.place(&root, &q, &mut frames);
         let rest = [0.0; VELOCITY_MAX];
         let effort = dynamics.effort(&frames, &rest, &rest, 9.81);
@@ -96,13 +96,13 @@ fn kinetic_energy(
     robot: &InverseDynamics,
     (root, q, v): &(Pose, [f64; JOINTS_MAX], [f64; VELOCITY_MAX]),
 ) -> f64 {
-    let mut frames = BodyFrames::default();
+    let mut frames = LinkFrames::default();
     robot.place(root, q, &mut frames);
     let effort = robot.effort(&frames, &[0.0; VELOCITY_MAX], v, 0.0);
     0.5 * power(&effort, v)
 }
 
-fn power(effort: &Effort, v: &[f64; VELOCITY_MAX]) -> f64 {
+fn power(effort: &GeneralizedForce, v: &[f64; VELOCITY_MAX]) -> f64 {
     let joints: f64 =
         effort.torques.iter().zip(&v[6..]).map(|(torque, speed)| torque * speed).sum();
     effort.force.dot(DVec3::from_slice(v)) + effort.moment.dot(DVec3::from_slice(&v[3..])) + joints
@@ -116,7 +116,7 @@ fn the_power_of_a_motion_is_the_change_of_its_energy() {
         let motion = RandomMotion::new(&model, seed);
         let h = 1e-5;
         let [before, after] = [-h, h].map(|t| kinetic_energy(&robot, &motion.at(t)));
-        let mut frames = BodyFrames::default();
+        let mut frames = LinkFrames::default();
         robot.place(&motion.root, &motion.q, &mut frames);
         let effort = robot.effort(&frames, &motion.v, &motion.a, 0.0);
         let (expected, actual) = ((after - before) / (2.0 * h), power(&effort, &motion.v));
@@ -157,8 +157,8 @@ struct Instant<'a> {
     model: &'a RobotModel,
     span: &'a PathSpan,
     waypoint: &'a Waypoint,
-    frames: BodyFrames,
-    effort: Effort,
+    frames: LinkFrames,
+    effort: GeneralizedForce,
 }
 
 impl<'a> Instant<'a> {
@@ -172,7 +172,7 @@ impl<'a> Instant<'a> {
         };
         let v = joined(&waypoint.root_velocity, &waypoint.joint_velocity);
         let a = joined(&waypoint.root_acceleration, &waypoint.joint_acceleration);
-        let mut frames = BodyFrames::default();
+        let mut frames = LinkFrames::default();
         robot.place(&waypoint.world_from_root(), &waypoint.q, &mut frames);
         let effort = robot.effort(&frames, &v, &a, 9.81);
         Self { model, span, waypoint, frames, effort }
@@ -312,7 +312,7 @@ fn a_window_ends_at_rest_and_costs_little_time() {
             known.push((times, timing.waypoint(path, span, &times, times.intervals / 2)));
         }
         for (span, (times, middle)) in known.iter().enumerate() {
-            assert_eq!(timing.span_times(span), *times, "what is final stays");
+            assert_eq!(timing.span_times(span), *times, "final times stay");
             assert_eq!(timing.waypoint(path, span, times, times.intervals / 2), *middle);
         }
     }

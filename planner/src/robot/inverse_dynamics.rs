@@ -2,7 +2,7 @@
 //! [Featherstone 2008, 5.3], in world axes.
 //!
 //! The wrench on the root is what all contacts together must exert; the torques are those without
-//! contacts. A contact's part of a torque is [`BodyFrames::torque_of_wrench`].
+//! contacts. A contact's part of a torque is [`LinkFrames::torque_of_wrench`].
 
 use glam::{DAffine3, DMat3, DVec3};
 use heapless::Vec as BoundedVec;
@@ -19,14 +19,14 @@ pub const VELOCITY_MAX: usize = 6 + JOINTS_MAX;
 #[derive(Debug, Clone)]
 pub struct InverseDynamics {
     tree: KinematicTree,
-    bodies: Vec<Body>,
+    bodies: Vec<DynamicNode>,
 }
 
 /// A node of the kinematic tree with its inertia.
 #[derive(Debug, Clone)]
-struct Body {
+struct DynamicNode {
     parent: usize,
-    joint: Option<BodyJoint>,
+    joint: Option<NodeJoint>,
     mass: f64,
     /// Centre of mass in the node's frame, m.
     com: DVec3,
@@ -35,7 +35,7 @@ struct Body {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct BodyJoint {
+struct NodeJoint {
     /// Index into `q`.
     index: usize,
     kind: JointKind,
@@ -45,7 +45,7 @@ struct BodyJoint {
 
 /// World frames of all bodies at one configuration.
 #[derive(Debug, Clone, Default)]
-pub struct BodyFrames {
+pub struct LinkFrames {
     frames: BoundedVec<DAffine3, NODES_MAX>,
     /// By joint: axis in the world, origin in the world (m), kind.
     joints: BoundedVec<(DVec3, DVec3, JointKind), JOINTS_MAX>,
@@ -53,7 +53,7 @@ pub struct BodyFrames {
 
 /// Linear acceleration with gravity, angular velocity and angular acceleration of a body.
 #[derive(Debug, Clone, Copy, Default)]
-struct BodyMotion {
+struct NodeMotion {
     linear: DVec3,
     velocity: DVec3,
     angular: DVec3,
@@ -61,7 +61,7 @@ struct BodyMotion {
 
 /// The wrench on the root and the joints' torques of a motion.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Effort {
+pub struct GeneralizedForce {
     /// Force on the robot, N.
     pub force: DVec3,
     /// Moment about the root's origin, N m.
@@ -70,14 +70,14 @@ pub struct Effort {
     pub torques: [f64; JOINTS_MAX],
 }
 
-impl Default for Effort {
+impl Default for GeneralizedForce {
     /// No effort.
     fn default() -> Self {
         Self { force: DVec3::ZERO, moment: DVec3::ZERO, torques: [0.0; JOINTS_MAX] }
     }
 }
 
-impl BodyFrames {
+impl LinkFrames {
     /// Frame of a node of the kinematic tree.
     pub fn world_from_node(&self, node: usize) -> &DAffine3 {
         &self.frames[node]
@@ -114,9 +114,9 @@ impl InverseDynamics {
     /// Compiles a robot.
     pub fn new(model: &RobotModel) -> Self {
         let tree = KinematicTree::new(model);
-        let body = |(index, node): (usize, &crate::kinematics::tree::KinematicNode)| Body {
+        let body = |(index, node): (usize, &crate::kinematics::tree::KinematicNode)| DynamicNode {
             parent: node.parent,
-            joint: node.joint.map(|joint| BodyJoint {
+            joint: node.joint.map(|joint| NodeJoint {
                 index: joint,
                 kind: model.joints[joint].kind,
                 axis: model.joints[joint].axis,
@@ -140,7 +140,7 @@ impl InverseDynamics {
     }
 
     /// Writes the frames of a configuration.
-    pub fn place(&self, root: &Pose, q: &[f64; JOINTS_MAX], frames: &mut BodyFrames) {
+    pub fn place(&self, root: &Pose, q: &[f64; JOINTS_MAX], frames: &mut LinkFrames) {
         let _fits = frames.frames.resize(self.bodies.len(), DAffine3::IDENTITY);
         let unused = (DVec3::ZERO, DVec3::ZERO, JointKind::Revolute);
         let _fits = frames.joints.resize(JOINTS_MAX, unused);
@@ -159,11 +159,11 @@ impl InverseDynamics {
     /// axes) and joints, and `gravity` (m/s2, downward).
     pub fn effort(
         &self,
-        frames: &BodyFrames,
+        frames: &LinkFrames,
         v: &[f64; VELOCITY_MAX],
         a: &[f64; VELOCITY_MAX],
         gravity: f64,
-    ) -> Effort {
+    ) -> GeneralizedForce {
         let mut forces = [(DVec3::ZERO, DVec3::ZERO); NODES_MAX];
         self.forward(frames, v, a, gravity, &mut forces);
         let mut torques = [0.0; JOINTS_MAX];
@@ -182,20 +182,20 @@ impl InverseDynamics {
             parent.0 += force;
             parent.1 += moment + arm.cross(force);
         }
-        Effort { force: forces[0].0, moment: forces[0].1, torques }
+        GeneralizedForce { force: forces[0].0, moment: forces[0].1, torques }
     }
 
     /// Force on every body, and moment about its origin.
     fn forward(
         &self,
-        frames: &BodyFrames,
+        frames: &LinkFrames,
         v: &[f64; VELOCITY_MAX],
         a: &[f64; VELOCITY_MAX],
         gravity: f64,
         forces: &mut [(DVec3, DVec3); NODES_MAX],
     ) {
-        let mut motions = [BodyMotion::default(); NODES_MAX];
-        motions[0] = BodyMotion {
+        let mut motions = [NodeMotion::default(); NODES_MAX];
+        motions[0] = NodeMotion {
             linear: DVec3::from_slice(a) + DVec3::Z * gravity,
             velocity: DVec3::from_slice(&v[3..]),
             angular: DVec3::from_slice(&a[3..]),
@@ -213,7 +213,7 @@ impl InverseDynamics {
     }
 }
 
-impl BodyMotion {
+impl NodeMotion {
     /// The motion of the body beyond a joint, `arm` (m) from this body's origin, at these joint
     /// velocity and acceleration.
     fn beyond(&self, kind: JointKind, axis: DVec3, arm: DVec3, (dq, ddq): (f64, f64)) -> Self {
@@ -232,9 +232,9 @@ impl BodyMotion {
     }
 }
 
-impl Body {
+impl DynamicNode {
     /// Force on the body, and moment about its origin.
-    fn force(&self, frame: &DAffine3, motion: &BodyMotion) -> (DVec3, DVec3) {
+    fn force(&self, frame: &DAffine3, motion: &NodeMotion) -> (DVec3, DVec3) {
         let com = frame.matrix3 * self.com;
         let spin = motion.velocity.cross(motion.velocity.cross(com));
         let force = (motion.linear + motion.angular.cross(com) + spin) * self.mass;

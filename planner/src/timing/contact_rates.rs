@@ -28,7 +28,7 @@ pub struct ContactRates {
     program: LinearProgram,
     /// Point and force of every generator, in units of the weight.
     generators: BoundedVec<Generator, GENERATORS_MAX>,
-    /// What is added to the rate of the program.
+    /// The rate to which the program adds its own.
     base: DVec2,
 }
 

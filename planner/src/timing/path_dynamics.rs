@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 
-use crate::robot::inverse_dynamics::{BodyFrames, Effort, InverseDynamics, VELOCITY_MAX};
+use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
@@ -28,13 +28,13 @@ pub struct PathState<'a> {
 #[derive(Debug, Clone)]
 pub struct PathDynamics {
     /// Frames of the bodies.
-    pub frames: BodyFrames,
+    pub frames: LinkFrames,
     /// Part of the effort by unit of `u`.
-    pub by_acceleration: Effort,
+    pub by_acceleration: GeneralizedForce,
     /// Part of the effort by unit of `x`.
-    pub by_speed: Effort,
+    pub by_speed: GeneralizedForce,
     /// The effort at rest.
-    pub standing: Effort,
+    pub standing: GeneralizedForce,
     /// Origin of the root, about which moments are taken, m.
     pub origin: DVec3,
 }
@@ -59,7 +59,7 @@ impl PathDynamics {
     /// The dynamics of a robot at a point of a path.
     pub fn new(robot: &InverseDynamics, state: &PathState<'_>, gravity: f64) -> Self {
         const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
-        let mut frames = BodyFrames::default();
+        let mut frames = LinkFrames::default();
         robot.place(state.root, state.q, &mut frames);
         Self {
             by_acceleration: robot.effort(&frames, &REST, state.first, 0.0),
@@ -72,7 +72,7 @@ impl PathDynamics {
 
     /// A coordinate of the wrench about `point`: force x, y, z, then moment x, y, z.
     pub fn wrench(&self, coordinate: usize, point: DVec3) -> Affine {
-        let of = |effort: &Effort| {
+        let of = |effort: &GeneralizedForce| {
             let moment = effort.moment + (self.origin - point).cross(effort.force);
             if coordinate < 3 { effort.force[coordinate] } else { moment[coordinate - 3] }
         };
@@ -92,7 +92,7 @@ impl PathDynamics {
         })
     }
 
-    fn affine(&self, of: impl Fn(&Effort) -> f64) -> Affine {
+    fn affine(&self, of: impl Fn(&GeneralizedForce) -> f64) -> Affine {
         let slope = DVec2::new(of(&self.by_speed), of(&self.by_acceleration));
         Affine { slope, constant: of(&self.standing) }
     }
@@ -110,7 +110,7 @@ pub(crate) fn joint_rates(
 ) -> RateSet {
     let mut rates = RateSet::within(RATE_MAX * RATE_MAX, RATE_CHANGE_MAX);
     let efforts = level.efforts(limits);
-    for joint in 0..joints_len {
+    for (joint, effort) in efforts.iter().enumerate().take(joints_len) {
         let (first, second) = (state.first[6 + joint], state.second[6 + joint]);
         let speed = LIMITS_PART * limits.speeds[joint];
         rates.clip(DVec2::X, (speed / first.abs().max(1e-9)).powi(2));
@@ -124,7 +124,7 @@ pub(crate) fn joint_rates(
             feet if feet.iter().any(|foot| chains[foot.limb].contains(&joint)) => continue,
             _ => dynamics.torque(joint),
         };
-        let limit = LIMITS_PART * efforts[joint];
+        let limit = LIMITS_PART * effort;
         rates.clip(torque.slope, limit - torque.constant);
         rates.clip(-torque.slope, limit + torque.constant);
     }

@@ -3,7 +3,7 @@
 //!
 //! Points come in pieces. Each call of [`PathTiming::solve`] ends the path known so far at rest and
 //! fixes the profile up to the touch-down before the last two pieces; so a fixed profile can always
-//! come to rest within what is known. The rest of the path is timed anew when more of it is known.
+//! come to rest within the known path. The rest of the path is timed anew when more of it is known.
 
 use glam::DVec2;
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
@@ -214,8 +214,8 @@ impl PathTiming {
         false
     }
 
-    /// Allows the whole rates again in the last two spans before the end of the path as it was
-    /// known in the search before: there they were shrunk for the rest at that end.
+    /// Allows the whole rates again in the last two spans of the search before: there they were
+    /// shrunk for the rest at their end.
     fn forget_the_last_end(&mut self) {
         let span = self.profile.solved_spans.saturating_sub(2);
         let node = self.starts.get(span).map_or(0, |(node, _)| *node).max(self.profile.fixed);
@@ -236,7 +236,7 @@ impl PathTiming {
     }
 
     /// Takes the last profile within the limits up to the rest at its end. Returns whether that is
-    /// any further than what is fixed.
+    /// beyond the fixed part.
     fn rest_where_the_last_one_ends(&mut self) -> bool {
         let end = self.profile.accepted.len();
         if self.profile.fixed == 0 || end <= self.profile.fixed || end >= self.nodes.len() {

@@ -102,26 +102,17 @@ impl RateSet {
     }
 
     /// The share of the set that a rate takes: the least factor by which the set, grown about rest,
-    /// holds the rate. Infinite where rest has no room in that direction.
+    /// holds the rate. Without bound where rest is on a side of
+    /// the set.
     pub fn share_of(&self, rate: DVec2) -> f64 {
         let mut share: f64 = 0.0;
         for (normal, offset) in self.sides() {
             let used = normal.dot(rate);
-            if used > ROOM_MIN {
+            if used > USED_MIN {
                 share = share.max(used / offset.max(1e-12));
             }
         }
         if self.vertices.len() < 3 { f64::INFINITY } else { share }
-    }
-
-    /// The least room that rest has to the sides of the set other than `x >= 0`, in units of `x`
-    /// and `u`; minus infinity for an empty set.
-    pub fn room_of_rest(&self) -> f64 {
-        if self.vertices.len() < 3 {
-            return f64::NEG_INFINITY;
-        }
-        let others = self.sides().filter(|(normal, _)| !is_at_rest(*normal));
-        others.map(|(_, offset)| offset).fold(f64::INFINITY, f64::min)
     }
 
     /// The set shrunk about rest.
@@ -168,7 +159,7 @@ fn is_at_rest(normal: DVec2) -> bool {
 /// Rounding of a speed at the end of its range, relative.
 const X_ROUNDING: f64 = 1e-9;
 /// Smallest part of a rate beyond a side through rest that counts.
-const ROOM_MIN: f64 = 1e-9;
+const USED_MIN: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
@@ -196,7 +187,6 @@ mod tests {
         assert!((set.share_of(DVec2::new(1.0, 1.5)) - 0.75).abs() < 1e-12);
         assert!((set.share_of(DVec2::new(2.0, 3.0)) - 1.5).abs() < 1e-12);
         assert!((set.scaled(0.5).share_of(DVec2::new(1.0, 0.1)) - 0.5).abs() < 1e-12);
-        assert_eq!(set.room_of_rest(), 2.0);
     }
 
     #[test]

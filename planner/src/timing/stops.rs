@@ -93,7 +93,7 @@ impl PathTiming {
     }
 
     /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than
-    /// is allowed, or than the motion at full speed takes.
+    /// they allow, or than the motion at full speed takes.
     fn ramp_holds(&self, begin: f64, ramp: Ramp) -> bool {
         (0..=RAMP_SAMPLES).all(|sample| {
             let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);

@@ -8,7 +8,7 @@ use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::robot::inverse_dynamics::{BodyFrames, Effort, InverseDynamics, VELOCITY_MAX};
+use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::load_sharing::{LoadSchedule, share_load};
@@ -16,7 +16,9 @@ use crate::timing::path_dynamics::{PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
-use crate::timing::tuning::{COP_MARGIN_EXTRA, LIMITS_PART, REST_ROOM, TOUCHDOWN_SPEED_MAX};
+use crate::timing::tuning::{
+    COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
+};
 
 /// The joints between the root and each foot.
 pub(crate) type Chains = [heapless::Vec<usize, JOINTS_MAX>; 2];
@@ -91,7 +93,7 @@ impl TimedRobot {
             }
             let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
             found = (contact_rates.restrict(&problem, &rates), level);
-            if has_room(&found.0) {
+            if can_start(&found.0) {
                 break;
             }
         }
@@ -120,7 +122,7 @@ impl TimedRobot {
         &self,
         rates: &mut RateSet,
         span: &PathSpan,
-        (frames, first): (&BodyFrames, &[f64; VELOCITY_MAX]),
+        (frames, first): (&LinkFrames, &[f64; VELOCITY_MAX]),
     ) {
         for limb in 0..2 {
             if span.contacts.iter().all(|contact| contact.limb as usize != limb) {
@@ -148,7 +150,7 @@ impl TimedRobot {
         let support = Support::new(span, level, 0.0, self.limits.friction);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
         let mut load: f64 = 0.0;
-        for joint in 0..self.joints_len {
+        for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
             let torque = match support.feet.as_slice() {
@@ -158,7 +160,7 @@ impl TimedRobot {
                 feet if feet.iter().any(|foot| self.chains[foot.limb].contains(&joint)) => continue,
                 _ => dynamics.torque(joint),
             };
-            load = load.max(torque.constant.abs() / efforts[joint]);
+            load = load.max(torque.constant.abs() / effort);
         }
         let problem = self.problem(&dynamics, &support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
@@ -174,7 +176,7 @@ impl TimedRobot {
     ) {
         let dynamics = self.at_instant(waypoint);
         let support = Support::new(span, level, 0.0, self.limits.friction);
-        let Effort { force, moment, torques } = &dynamics.standing;
+        let GeneralizedForce { force, moment, torques } = &dynamics.standing;
         waypoint.torque = *torques;
         let about_world = *moment + dynamics.origin.cross(*force);
         let wrenches = share_load(&support, (*force, about_world), schedule, progress);
@@ -192,12 +194,12 @@ impl TimedRobot {
     /// The dynamics of a motion at one instant: all of it is the constant part.
     fn at_instant(&self, waypoint: &Waypoint) -> PathDynamics {
         let [velocity, acceleration] = rates_of(waypoint);
-        let mut frames = BodyFrames::default();
+        let mut frames = LinkFrames::default();
         let root = waypoint.world_from_root();
         self.dynamics.place(&root, &waypoint.q, &mut frames);
         PathDynamics {
-            by_acceleration: Effort::default(),
-            by_speed: Effort::default(),
+            by_acceleration: GeneralizedForce::default(),
+            by_speed: GeneralizedForce::default(),
             standing: self.dynamics.effort(&frames, &velocity, &acceleration, GRAVITY),
             origin: root.translation,
             frames,
@@ -209,7 +211,7 @@ impl TimedRobot {
 pub(crate) const NO_CONTACT_FORCES: f64 = 1.04;
 
 /// Whether the path can accelerate from rest in both directions.
-fn has_room(rates: &RateSet) -> bool {
-    let room = rates.accelerations_at(0.0);
-    room.is_some_and(|[low, high]| low <= -REST_ROOM && high >= REST_ROOM)
+fn can_start(rates: &RateSet) -> bool {
+    let range = rates.accelerations_at(0.0);
+    range.is_some_and(|[low, high]| low <= -REST_ACCELERATION && high >= REST_ACCELERATION)
 }

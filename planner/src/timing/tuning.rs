@@ -17,7 +17,7 @@ pub(crate) const RATE_MAX: f64 = 30.0;
 /// Largest acceleration of the path's parameter, 1/s.
 pub(crate) const RATE_CHANGE_MAX: f64 = 300.0;
 /// The acceleration from rest, in both directions, that a level must allow, 1/s.
-pub(crate) const REST_ROOM: f64 = 0.2;
+pub(crate) const REST_ACCELERATION: f64 = 0.2;
 /// The unit of moments in the balance of contacts, as a length, m.
 pub(crate) const MOMENT_ARM: f64 = 0.1;
 /// Directions in which the border of a set of rates is sought, beside the first four.
