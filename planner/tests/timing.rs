@@ -136,7 +136,7 @@ fn timed(timing: &mut PathTiming, walk: &SmoothWalk) -> Vec<Vec<Waypoint>> {
     for _ in &walk.spans {
         timing.add_span(path).unwrap();
     }
-    assert!(timing.solve(path, walk.spans.len()));
+    assert!(timing.solve(path, walk.spans.len(), 0));
     (0..walk.spans.len())
         .map(|span| {
             let times = timing.span_times(span);
@@ -305,7 +305,7 @@ fn a_window_ends_at_rest_and_costs_little_time() {
     for count in 1..=walk.spans.len() {
         timing.add_span(path).unwrap();
         let known_path = Path { spans: &walk.spans[..count], ..path };
-        assert!(timing.solve(known_path, count.saturating_sub(4)));
+        assert!(timing.solve(known_path, count.saturating_sub(4), known.len()));
         let end = timing.final_spans(count == walk.spans.len());
         for span in known.len()..end {
             let times = timing.span_times(span);
@@ -336,7 +336,7 @@ fn every_chunk_holds_a_stop_within_the_limits() {
             let [first, last] = times.chunk(chunk);
             let (begin, end) = (waypoints[first].time, waypoints[last].time);
             assert!(last - first < 32 && times.chunk_times(chunk) == [begin, end]);
-            let stop = timing.stop(index, chunk, brake_after).unwrap();
+            let stop = timing.stop(index, chunk).unwrap();
             println!("{index} {begin:.3}..{end:.3} {stop:?}");
             let rest = stop.brake_at + 0.5 * stop.brake_duration;
             assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);

@@ -28,7 +28,7 @@ fn timing_allocates_no_memory() {
         for _ in &walk.spans {
             timing.add_span(path).unwrap();
         }
-        assert!(timing.solve(path, walk.spans.len()));
+        assert!(timing.solve(path, walk.spans.len(), 0));
         brake_after = 0.0;
         for span in 0..walk.spans.len() {
             let times = timing.span_times(span);
@@ -36,7 +36,7 @@ fn timing_allocates_no_memory() {
                 std::hint::black_box(timing.waypoint(path, span, &times, index));
             }
             for chunk in 0..times.chunks() {
-                brake_after = timing.stop(span, chunk, brake_after).unwrap().brake_at;
+                brake_after = timing.stop(span, chunk).unwrap().brake_at;
             }
         }
     }

@@ -53,7 +53,8 @@ impl ChunkStage {
         } else if let (Some(timed), Some(path)) = (&mut self.timed, path) {
             let units = timed.advance(path, &mut self.chunks)?;
             search.stats.work += units.unwrap_or(1);
-            search.stats.beyond_limits = timed.beyond;
+            search.stats.beyond_limits = timed.beyond();
+            search.stats.rests = timed.stats().rests;
             self.is_written = units.is_none();
             Ok(Event::Continue)
         } else {

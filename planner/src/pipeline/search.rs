@@ -158,7 +158,8 @@ pub struct SearchStats {
     pub rests: u64,
     /// Phases of a smooth path that keep the searched motion.
     pub searched_phases: u64,
-    /// Pieces of a smooth path that cannot be walked within the limits, however slowly.
+    /// Points of a smooth path at which no contact forces within the limits are known, pieces that
+    /// are beyond the limits however slow they are, and chunks without a stop.
     pub beyond_limits: u64,
     /// Edges of the current guide route.
     pub route_edges: LabelStats,

@@ -2,7 +2,7 @@
 
 use crate::base::capacity::ArenaFull;
 use crate::plan::chunk_builder::{ChunkBuilder, TimedPart};
-use crate::timing::path_timing::{Path, PathTiming};
+use crate::timing::path_timing::{Path, PathTiming, TimingStats};
 use crate::timing::stops::Stop;
 
 /// Work units of the limits at one point, and of one point in a profile.
@@ -22,8 +22,8 @@ pub(crate) struct TimedChunks {
     written: usize,
     /// When the chunk written last brakes, s.
     brake_after: f64,
-    /// Pieces that cannot be walked within the limits, however slowly.
-    pub beyond: u64,
+    /// Chunks without a stop within the limits.
+    without_stop: u64,
 }
 
 impl TimedChunks {
@@ -35,8 +35,19 @@ impl TimedChunks {
             pieces: [0; OPEN_PIECES + 1],
             written: 0,
             brake_after: 0.0,
-            beyond: 0,
+            without_stop: 0,
         }
+    }
+
+    /// What happened so far.
+    pub fn stats(&self) -> TimingStats {
+        self.timing.stats()
+    }
+
+    /// Points, profiles and chunks at which the motion may be beyond the limits.
+    pub fn beyond(&self) -> u64 {
+        let stats = self.timing.stats();
+        stats.unsupported + stats.beyond + self.without_stop
     }
 
     /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
@@ -71,15 +82,18 @@ impl TimedChunks {
             self.pieces.rotate_left(1);
             self.pieces[OPEN_PIECES] = self.added;
             let first = &path.spans[self.pieces[0]];
-            self.beyond += u64::from(!self.timing.solve(path, self.pieces[0]));
+            let known = Path { spans: &path.spans[..self.added], ..path };
+            self.timing.solve(known, self.pieces[0], self.written);
             units += UNITS_PER_POINT * (span.last - first.first) as u64;
         }
         Ok(Some(units))
     }
 
     /// How the robot stops in a chunk. Where no ramp is within the limits, it is the longest one.
-    fn stop(&self, span: usize, chunk: usize, end: f64) -> Stop {
-        self.timing.stop(span, chunk, self.brake_after).unwrap_or_else(|| {
+    fn stop(&mut self, span: usize, chunk: usize, end: f64) -> Stop {
+        let found = self.timing.stop(span, chunk);
+        self.without_stop += u64::from(found.is_none());
+        found.unwrap_or_else(|| {
             let seconds = 2.0 * (end - self.brake_after);
             Stop { brake_at: self.brake_after, brake_duration: seconds, resume_duration: seconds }
         })

@@ -58,10 +58,12 @@ pub enum Level {
     NarrowSole,
     /// The centre of pressure 4 mm inside, and the whole effort of every joint.
     Bare,
+    /// No contact forces within the limits are known: the robot passes slowly.
+    Unsupported,
 }
 
 impl Level {
-    /// All levels, the strictest first.
+    /// The levels at which contact forces are known, the strictest first.
     pub const ALL: [Self; 3] = [Self::Full, Self::NarrowSole, Self::Bare];
 
     /// Least distance (m) of the centre of pressure from the edge of a sole of this width (m).
@@ -69,7 +71,7 @@ impl Level {
         match self {
             Self::Full => COP_MARGIN_MIN.max(COP_WIDTH_SHARE * width),
             Self::NarrowSole => COP_MARGIN_MIN,
-            Self::Bare => RELAXED_COP_MARGIN,
+            Self::Bare | Self::Unsupported => RELAXED_COP_MARGIN,
         }
     }
 
@@ -77,7 +79,7 @@ impl Level {
     pub fn efforts(self, limits: &TimingLimits) -> &[f64; JOINTS_MAX] {
         match self {
             Self::Full | Self::NarrowSole => &limits.efforts,
-            Self::Bare => &limits.full_efforts,
+            Self::Bare | Self::Unsupported => &limits.full_efforts,
         }
     }
 }

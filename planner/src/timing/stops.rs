@@ -1,15 +1,16 @@
 //! Where and how a chunk brakes if the next one is not there, and how the robot goes on from there.
 //!
 //! The rate of plan time falls along a smooth ramp (`surefoot_shared_types::message::Ramp`) and the
-//! robot comes to rest at the chunk's end; the shortest ramp within the limits begins last. A ramp
+//! robot comes to rest inside the chunk; the shortest ramp within the limits begins last. A ramp
 //! may begin before a short chunk does, but not before the one of the chunk before it: until then
-//! the robot does not brake.
+//! the robot does not brake. So stops are found from the last chunk known to the first.
 
 use surefoot_shared_types::message::Ramp;
 
+use crate::base::arena::reserve;
 use crate::timing::path_timing::PathTiming;
 use crate::timing::tuning::{
-    CHUNKS_AHEAD, RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, REST_PLACES,
+    RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
 };
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
@@ -23,35 +24,90 @@ pub struct Stop {
     pub resume_duration: f64,
 }
 
-impl PathTiming {
-    /// The stop of a chunk of a span whose predecessor brakes at `brake_after` (plan time, s; 0 for
-    /// the first one): of the stops within the limits that end inside the chunk, the one that
-    /// begins last but not after that of the chunks that follow. `None` if there is none.
-    pub fn stop(&self, span: usize, chunk: usize, brake_after: f64) -> Option<Stop> {
-        let mut following = [(span, chunk); CHUNKS_AHEAD + 1];
-        let mut count = 1;
-        while count <= CHUNKS_AHEAD {
-            let Some(next) = self.chunk_after(following[count - 1]) else { break };
-            following[count] = next;
-            count += 1;
-        }
-        let mut latest = f64::INFINITY;
-        for &(span, chunk) in following[1..count].iter().rev() {
-            let times = self.span_times(span).chunk_times(chunk);
-            latest = self.brake([0.0, latest], times).map_or(latest, |(brake_at, _)| brake_at);
-        }
-        let times = self.span_times(span).chunk_times(chunk);
-        let (brake_at, brake_duration) = self.brake([brake_after, latest], times)?;
-        let resume_duration = self.resume_duration(brake_at + 0.5 * brake_duration);
-        Some(Stop { brake_at, brake_duration, resume_duration })
+/// The brakes of the chunks that are not written.
+#[derive(Debug)]
+pub(super) struct StopTable {
+    /// The first span that is not written.
+    first: usize,
+    /// When the last chunk before it brakes, s.
+    brake_after: f64,
+    /// The last chunk first.
+    brakes: Vec<Brake>,
+}
+
+/// The brake of a chunk.
+#[derive(Debug, Clone, Copy)]
+struct Brake {
+    span: usize,
+    chunk: usize,
+    at: f64,
+    duration: f64,
+}
+
+impl StopTable {
+    /// Reserves memory for this many chunks.
+    pub fn new(chunks_max: usize) -> Self {
+        Self { first: 0, brake_after: 0.0, brakes: reserve(chunks_max) }
     }
 
-    /// The span and the chunk after a chunk.
-    fn chunk_after(&self, (span, chunk): (usize, usize)) -> Option<(usize, usize)> {
-        if chunk + 1 < self.span_times(span).chunks() {
-            return Some((span, chunk + 1));
+    /// Begins a path.
+    pub fn begin(&mut self) {
+        (self.first, self.brake_after) = (0, 0.0);
+        self.brakes.clear();
+    }
+
+    /// The spans before `span` are written: their stops do not change any more.
+    pub fn keep_from(&mut self, span: usize) {
+        if let Some(last) = self.brakes.iter().find(|brake| brake.span < span) {
+            self.brake_after = last.at;
         }
-        (span + 1 < self.spans()).then_some((span + 1, 0))
+        self.first = span;
+    }
+}
+
+impl PathTiming {
+    /// The stop of a chunk of a span that is not written, as the last profile has it. `None` where
+    /// the profile has none, or the memory for stops is used up.
+    pub fn stop(&self, span: usize, chunk: usize) -> Option<Stop> {
+        let is_after = |brake: &Brake| (brake.span, brake.chunk) > (span, chunk);
+        let brakes = &self.stops.brakes;
+        let brake = brakes.get(brakes.partition_point(is_after))?;
+        if (brake.span, brake.chunk) != (span, chunk) {
+            return None;
+        }
+        Some(Stop {
+            brake_at: brake.at,
+            brake_duration: brake.duration,
+            resume_duration: self.resume_duration(brake.at + 0.5 * brake.duration),
+        })
+    }
+
+    /// Finds a stop for every chunk that is not written: of the ramps within the limits that end
+    /// inside the chunk, the one that begins last, but not after that of the next chunk. Where
+    /// there is none, notes where to slow down, and returns `false`.
+    pub(super) fn finds_stops(&mut self) -> bool {
+        self.stops.brakes.clear();
+        let after = self.stops.brake_after;
+        let (mut latest, mut finds_all) = (f64::INFINITY, true);
+        for span in (self.stops.first..self.spans()).rev() {
+            let times = self.span_times(span);
+            for chunk in (0..times.chunks()).rev() {
+                let [begin, end] = times.chunk_times(chunk);
+                let has_memory = self.stops.brakes.len() < self.stops.brakes.capacity();
+                match self.brake([after, latest], [begin, end]).filter(|_| has_memory) {
+                    Some((at, duration)) => {
+                        self.stops.brakes.push(Brake { span, chunk, at, duration });
+                        latest = at;
+                    }
+                    None => {
+                        self.ask_slower_between(after.max(end - SLOWER_BEFORE_STOP), end);
+                        latest = latest.min(begin);
+                        finds_all = false;
+                    }
+                }
+            }
+        }
+        finds_all
     }
 
     /// Beginning and duration (s) of the latest ramp within the limits that begins between these

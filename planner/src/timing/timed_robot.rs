@@ -17,7 +17,7 @@ use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
 use crate::timing::tuning::{
-    COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
+    COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
 
 /// The joints between the root and each foot.
@@ -78,7 +78,6 @@ impl TimedRobot {
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
-        let mut found = (RateSet::default(), Level::Bare);
         for level in Level::ALL {
             let support = Support::new(span, level, COP_MARGIN_EXTRA, self.limits.friction);
             let mut rates = joint_rates(
@@ -92,12 +91,12 @@ impl TimedRobot {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
             let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
-            found = (contact_rates.restrict(&problem, &rates), level);
-            if can_start(&found.0) {
-                break;
+            let found = contact_rates.restrict(&problem, &rates);
+            if can_start(&found) {
+                return (found, level);
             }
         }
-        found
+        (RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE), Level::Unsupported)
     }
 
     fn problem<'a>(
@@ -137,7 +136,8 @@ impl TimedRobot {
     }
 
     /// How far a motion is beyond the limits of a level: the largest ratio of a speed, acceleration
-    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits.
+    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits. 0 where no
+    /// contact forces are known.
     pub(crate) fn load(
         &self,
         contact_rates: &mut ContactRates,
@@ -161,6 +161,9 @@ impl TimedRobot {
                 _ => dynamics.torque(joint),
             };
             load = load.max(torque.constant.abs() / effort);
+        }
+        if level == Level::Unsupported {
+            return 0.0;
         }
         let problem = self.problem(&dynamics, &support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);

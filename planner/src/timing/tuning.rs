@@ -18,6 +18,8 @@ pub(crate) const RATE_MAX: f64 = 30.0;
 pub(crate) const RATE_CHANGE_MAX: f64 = 300.0;
 /// The acceleration from rest, in both directions, that a level must allow, 1/s.
 pub(crate) const REST_ACCELERATION: f64 = 0.2;
+/// The largest rate of a motion, and its largest change, where no contact forces are known (1/s).
+pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
 /// The unit of moments in the balance of contacts, as a length, m.
 pub(crate) const MOMENT_ARM: f64 = 0.1;
 /// Directions in which the border of a set of rates is sought, beside the first four.
@@ -55,5 +57,5 @@ pub(crate) const RAMP_SAMPLES: usize = 32;
 pub(crate) const RATES_SHARE_MAX: f64 = 1.01;
 /// Places in a chunk at which braking may end.
 pub(crate) const REST_PLACES: usize = 4;
-/// Chunks after a chunk whose stops are considered for its own.
-pub(crate) const CHUNKS_AHEAD: usize = 2;
+/// The time before the end of a chunk in which it becomes slower where it has no stop, s.
+pub(crate) const SLOWER_BEFORE_STOP: f64 = 1.5;
