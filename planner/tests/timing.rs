@@ -19,8 +19,8 @@ use surefoot_planner::robot::inverse_dynamics::{
     GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX,
 };
 use surefoot_planner::timing::limits::TimingLimits;
-use surefoot_planner::timing::path_point::PathSpan;
-use surefoot_planner::timing::path_timing::{Path, PathTiming};
+use surefoot_planner::timing::path_point::{Path, PathSpan};
+use surefoot_planner::timing::path_timing::PathTiming;
 use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;

@@ -11,7 +11,8 @@ mod smooth_walk;
 
 use smooth_walk::smooth_walk;
 use surefoot_planner::timing::limits::TimingLimits;
-use surefoot_planner::timing::path_timing::{Path, PathTiming};
+use surefoot_planner::timing::path_point::Path;
+use surefoot_planner::timing::path_timing::PathTiming;
 use surefoot_planner::timing::timed_robot::TimedRobot;
 
 #[test]

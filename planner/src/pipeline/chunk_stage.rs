@@ -12,7 +12,8 @@ use crate::pipeline::stage::Event;
 use crate::pipeline::timed_chunks::TimedChunks;
 use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
-use crate::timing::path_timing::{Path, PathTiming};
+use crate::timing::path_point::Path;
+use crate::timing::path_timing::PathTiming;
 
 /// Makes the chunks of a plan and their digest. One unit of work for each motion that is written,
 /// and one for each chunk that is finalized.
@@ -53,8 +54,7 @@ impl ChunkStage {
         } else if let (Some(timed), Some(path)) = (&mut self.timed, path) {
             let units = timed.advance(path, &mut self.chunks)?;
             search.stats.work += units.unwrap_or(1);
-            search.stats.beyond_limits = timed.beyond();
-            search.stats.rests = timed.stats().rests;
+            timed.count(&mut search.stats);
             self.is_written = units.is_none();
             Ok(Event::Continue)
         } else {

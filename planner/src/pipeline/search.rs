@@ -158,9 +158,11 @@ pub struct SearchStats {
     pub rests: u64,
     /// Phases of a smooth path that keep the searched motion.
     pub searched_phases: u64,
-    /// Points of a smooth path at which no contact forces within the limits are known, pieces that
-    /// are beyond the limits however slow they are, and chunks without a stop.
+    /// Points of a smooth path at which no contact forces within the limits hold the robot, and
+    /// pieces that are beyond the limits however slow they are.
     pub beyond_limits: u64,
+    /// Chunks of a smooth path in which the robot cannot stop within the limits.
+    pub without_stop: u64,
     /// Edges of the current guide route.
     pub route_edges: LabelStats,
     /// Edges of the trees of stage P.

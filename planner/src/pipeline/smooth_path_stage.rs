@@ -5,7 +5,7 @@ use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
 use crate::smooth_path::smoother::{SearchedPlan, Smoother, SmoothingInputs};
-use crate::timing::path_timing::Path;
+use crate::timing::path_point::Path;
 
 /// Makes the smooth path, one configuration for each unit of work. A plan without smooth motion
 /// passes the stage without work.

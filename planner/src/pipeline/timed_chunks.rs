@@ -1,8 +1,10 @@
 //! Times a smooth path piece by piece, from touch-down to touch-down, and writes its chunks.
 
 use crate::base::capacity::ArenaFull;
+use crate::pipeline::search::SearchStats;
 use crate::plan::chunk_builder::{ChunkBuilder, TimedPart};
-use crate::timing::path_timing::{Path, PathTiming, TimingStats};
+use crate::timing::path_point::Path;
+use crate::timing::path_timing::{PathTiming, TimingStats};
 use crate::timing::stops::Stop;
 
 /// Work units of the limits at one point, and of one point in a profile.
@@ -39,15 +41,11 @@ impl TimedChunks {
         }
     }
 
-    /// What happened so far.
-    pub fn stats(&self) -> TimingStats {
-        self.timing.stats()
-    }
-
-    /// Points, profiles and chunks at which the motion may be beyond the limits.
-    pub fn beyond(&self) -> u64 {
-        let stats = self.timing.stats();
-        stats.unsupported + stats.beyond + self.without_stop
+    /// Writes what happened so far.
+    pub fn count(&self, stats: &mut SearchStats) {
+        let TimingStats { rests, unsupported, beyond, .. } = self.timing.stats();
+        (stats.rests, stats.beyond_limits) = (rests, unsupported + beyond);
+        stats.without_stop = self.without_stop;
     }
 
     /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once

@@ -46,7 +46,7 @@ impl KeySource<'_> {
             return self.plan.nodes[self.plan.nodes.len() - 1];
         }
         let swing = (key - 1) / STANCE_KEYS;
-        self.nodes(swing)[usize::from((key - 1) % STANCE_KEYS > 0)]
+        self.nodes(swing)[usize::from(!(key - 1).is_multiple_of(STANCE_KEYS))]
     }
 
     /// Makes the curve of a plan, whose stances have their first variant.

@@ -37,7 +37,7 @@ enum PhaseState {
     Searched,
 }
 
-/// What is done next.
+/// The next unit of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     /// The keys of a stance.
@@ -245,7 +245,7 @@ impl Smoother {
     /// A phase failed: its stances are varied, or it keeps more of the searched motion.
     fn reject(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
         match self.states[phase] {
-            PhaseState::Open => self.vary(inputs, phase),
+            PhaseState::Open => self.perturb(inputs, phase),
             _ => self.states[phase] = PhaseState::Searched,
         }
     }
@@ -276,7 +276,7 @@ impl Smoother {
 
     /// Gives a stance at a phase that failed its next variant; where there is none, the phase keeps
     /// the searched motion.
-    fn vary(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
+    fn perturb(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
         let stances = match swing_of(phase) {
             Some(swing) => swing..swing + 1,
             None => (phase / 2).saturating_sub(1)..(phase / 2 + 1).min(self.layout.swings_len()),

@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
 
+use crate::timing::path_point::PathSpan;
 use crate::timing::support::{FootSupport, Support, sides};
 
 /// Share of the load on the second foot at both ends of a double support; `None` where the robot
@@ -28,6 +29,19 @@ pub type FootWrench = (DVec3, DVec3);
 const HANDOVER: f64 = 0.3;
 
 impl LoadSchedule {
+    /// How a double support takes over the load: none on a foot that has just landed or will lift
+    /// off.
+    pub fn beside(spans: &[PathSpan], span: usize) -> Self {
+        let share_beside = |span: Option<&PathSpan>| {
+            let single = span.filter(|span| span.contacts.len() == 1)?;
+            Some(f64::from(single.contacts[0].limb))
+        };
+        Self {
+            start: share_beside(span.checked_sub(1).and_then(|before| spans.get(before))),
+            end: share_beside(spans.get(span + 1)),
+        }
+    }
+
     /// The scheduled share at `progress` (0 to 1), where `free` is the share that balances best.
     fn share(&self, progress: f64, free: f64) -> f64 {
         let towards = |end: Option<f64>, distance: f64| match end {

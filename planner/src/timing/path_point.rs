@@ -63,3 +63,12 @@ pub struct PathSpan {
     /// The stance feet with their poses and supported polygons, the left one first.
     pub contacts: BoundedVec<Contact, 2>,
 }
+
+/// A path: its points, and its spans in order.
+#[derive(Debug, Clone, Copy)]
+pub struct Path<'a> {
+    /// The points.
+    pub points: &'a [PathPoint],
+    /// The spans known so far.
+    pub spans: &'a [PathSpan],
+}

@@ -8,7 +8,8 @@
 use surefoot_shared_types::message::Ramp;
 
 use crate::base::arena::reserve;
-use crate::timing::path_timing::PathTiming;
+use crate::timing::slow_downs::SlowDowns;
+use crate::timing::timed_path::TimedPath;
 use crate::timing::tuning::{
     RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
 };
@@ -26,7 +27,7 @@ pub struct Stop {
 
 /// The brakes of the chunks that are not written.
 #[derive(Debug)]
-pub(super) struct StopTable {
+pub struct StopTable {
     /// The first span that is not written.
     first: usize,
     /// When the last chunk before it brakes, s.
@@ -50,6 +51,11 @@ impl StopTable {
         Self { first: 0, brake_after: 0.0, brakes: reserve(chunks_max) }
     }
 
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.brakes.capacity() * size_of::<Brake>()
+    }
+
     /// Begins a path.
     pub fn begin(&mut self) {
         (self.first, self.brake_after) = (0, 0.0);
@@ -63,44 +69,42 @@ impl StopTable {
         }
         self.first = span;
     }
-}
 
-impl PathTiming {
     /// The stop of a chunk of a span that is not written, as the last profile has it. `None` where
     /// the profile has none, or the memory for stops is used up.
-    pub fn stop(&self, span: usize, chunk: usize) -> Option<Stop> {
+    pub fn stop(&self, timed: &TimedPath, span: usize, chunk: usize) -> Option<Stop> {
         let is_after = |brake: &Brake| (brake.span, brake.chunk) > (span, chunk);
-        let brakes = &self.stops.brakes;
-        let brake = brakes.get(brakes.partition_point(is_after))?;
+        let brake = self.brakes.get(self.brakes.partition_point(is_after))?;
         if (brake.span, brake.chunk) != (span, chunk) {
             return None;
         }
         Some(Stop {
             brake_at: brake.at,
             brake_duration: brake.duration,
-            resume_duration: self.resume_duration(brake.at + 0.5 * brake.duration),
+            resume_duration: resume_duration(timed, brake.at + 0.5 * brake.duration),
         })
     }
 
     /// Finds a stop for every chunk that is not written: of the ramps within the limits that end
     /// inside the chunk, the one that begins last, but not after that of the next chunk. Where
     /// there is none, notes where to slow down, and returns `false`.
-    pub(super) fn finds_stops(&mut self) -> bool {
-        self.stops.brakes.clear();
-        let after = self.stops.brake_after;
+    pub fn find(&mut self, timed: &TimedPath, slow_downs: &mut SlowDowns) -> bool {
+        self.brakes.clear();
+        let after = self.brake_after;
         let (mut latest, mut finds_all) = (f64::INFINITY, true);
-        for span in (self.stops.first..self.spans()).rev() {
-            let times = self.span_times(span);
+        for span in (self.first..timed.spans()).rev() {
+            let times = timed.span_times(span);
             for chunk in (0..times.chunks()).rev() {
                 let [begin, end] = times.chunk_times(chunk);
-                let has_memory = self.stops.brakes.len() < self.stops.brakes.capacity();
-                match self.brake([after, latest], [begin, end]).filter(|_| has_memory) {
+                let has_memory = self.brakes.len() < self.brakes.capacity();
+                let found = brake(timed, [after, latest], [begin, end]);
+                match found.filter(|_| has_memory) {
                     Some((at, duration)) => {
-                        self.stops.brakes.push(Brake { span, chunk, at, duration });
+                        self.brakes.push(Brake { span, chunk, at, duration });
                         latest = at;
                     }
                     None => {
-                        self.ask_slower_between(after.max(end - SLOWER_BEFORE_STOP), end);
+                        slow_downs.ask_between(timed, after.max(end - SLOWER_BEFORE_STOP), end);
                         latest = latest.min(begin);
                         finds_all = false;
                     }
@@ -109,55 +113,59 @@ impl PathTiming {
         }
         finds_all
     }
+}
 
-    /// Beginning and duration (s) of the latest ramp within the limits that begins between these
-    /// times and ends between `begin` and `end`.
-    fn brake(&self, [after, before]: [f64; 2], [begin, end]: [f64; 2]) -> Option<(f64, f64)> {
-        if self.law().at(end).speed <= REST_SPEED {
-            return Some((end, 0.0));
-        }
-        let mut best: Option<(f64, f64)> = None;
-        for part in 0..REST_PLACES {
-            let rest = end - (end - begin) * part as f64 / REST_PLACES as f64;
-            let mut seconds = RAMP_SHORTEST.max(2.0 * (rest - before));
-            for _ in 0..RAMP_STEPS_MAX {
-                let brake_at = rest - 0.5 * seconds;
-                if brake_at < after || best.is_some_and(|(latest, _)| brake_at <= latest) {
-                    break;
-                }
-                if self.ramp_holds(brake_at, Ramp::Brake { seconds }) {
-                    best = Some((brake_at, seconds));
-                    break;
-                }
-                seconds *= RAMP_STEP;
-            }
-        }
-        best
+/// Beginning and duration (s) of the latest ramp within the limits that begins between these
+/// times and ends between `begin` and `end`.
+fn brake(
+    timed: &TimedPath,
+    [after, before]: [f64; 2],
+    [begin, end]: [f64; 2],
+) -> Option<(f64, f64)> {
+    if timed.law.at(end).speed <= REST_SPEED {
+        return Some((end, 0.0));
     }
-
-    /// The shortest ramp, in the same steps, by which the robot goes on after a rest at `time`; the
-    /// longest one if none is within the limits of the path known so far.
-    fn resume_duration(&self, time: f64) -> f64 {
-        let mut seconds = RAMP_SHORTEST;
+    let mut best: Option<(f64, f64)> = None;
+    for part in 0..REST_PLACES {
+        let rest = end - (end - begin) * part as f64 / REST_PLACES as f64;
+        let mut seconds = RAMP_SHORTEST.max(2.0 * (rest - before));
         for _ in 0..RAMP_STEPS_MAX {
-            if self.ramp_holds(time, Ramp::Resume { seconds }) {
-                return seconds;
+            let brake_at = rest - 0.5 * seconds;
+            if brake_at < after || best.is_some_and(|(latest, _)| brake_at <= latest) {
+                break;
+            }
+            if ramp_holds(timed, brake_at, Ramp::Brake { seconds }) {
+                best = Some((brake_at, seconds));
+                break;
             }
             seconds *= RAMP_STEP;
         }
-        seconds
     }
+    best
+}
 
-    /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than
-    /// they allow, or than the motion at full speed takes.
-    fn ramp_holds(&self, begin: f64, ramp: Ramp) -> bool {
-        (0..=RAMP_SAMPLES).all(|sample| {
-            let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
-            let time = (begin + at.elapsed).min(self.law().end());
-            let share = self.share_at(time, at.rate, at.rate_change);
-            share <= 1.0 || share <= self.share_at(time, 1.0, 0.0)
-        })
+/// The shortest ramp, in the same steps, by which the robot goes on after a rest at `time`; the
+/// longest one if none is within the limits of the path known so far.
+fn resume_duration(timed: &TimedPath, time: f64) -> f64 {
+    let mut seconds = RAMP_SHORTEST;
+    for _ in 0..RAMP_STEPS_MAX {
+        if ramp_holds(timed, time, Ramp::Resume { seconds }) {
+            return seconds;
+        }
+        seconds *= RAMP_STEP;
     }
+    seconds
+}
+
+/// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than
+/// they allow, or than the motion at full speed takes.
+fn ramp_holds(timed: &TimedPath, begin: f64, ramp: Ramp) -> bool {
+    (0..=RAMP_SAMPLES).all(|sample| {
+        let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
+        let time = (begin + at.elapsed).min(timed.law.end());
+        let share = timed.share_at(time, at.rate, at.rate_change);
+        share <= 1.0 || share <= timed.share_at(time, 1.0, 0.0)
+    })
 }
 
 /// Speed along the path below which it rests.

@@ -66,6 +66,11 @@ impl TimeLaw {
         Self { cells: reserve(nodes_max) }
     }
 
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.cells.capacity() * size_of::<Cell>()
+    }
+
     /// Writes the cells from node `first` on for squared speeds `speeds` at the nodes.
     pub fn rebuild(&mut self, first: usize, nodes: &[Node], speeds: &[f64]) {
         self.cells.truncate(first);
