@@ -20,7 +20,19 @@ const RATES: usize = 3;
 /// Most variables of the contacts.
 const GENERATORS_MAX: usize = 128;
 /// Most corners of a projection.
-const CORNERS_MAX: usize = DIRECTIONS_MAX + 4;
+const CORNERS_MAX: usize = DIRECTIONS_MAX + FIRST_DIRECTIONS.len();
+/// Weight of a low speed against a high acceleration by which the accelerations from rest are
+/// found.
+const REST_WEIGHT: f64 = 1e4;
+/// The directions in which the border is sought first, counter-clockwise from the strongest braking
+/// at rest to the strongest acceleration from rest.
+const FIRST_DIRECTIONS: [DVec2; 5] = [
+    DVec2::new(-REST_WEIGHT, -1.0),
+    DVec2::NEG_Y,
+    DVec2::X,
+    DVec2::Y,
+    DVec2::new(-REST_WEIGHT, 1.0),
+];
 
 /// Memory for the programs of all points.
 #[derive(Debug, Default)]
@@ -98,33 +110,16 @@ impl ContactRates {
         let extent = rates.vertices().iter().fold(DVec2::ZERO, |most, v| most.max(v.abs()));
         let extent = extent * 1.001 + DVec2::splat(1e-6);
         self.begin(problem, extent, DVec2::ZERO)?;
-        let mut hull = BoundedVec::<DVec2, CORNERS_MAX>::new();
-        for direction in [DVec2::NEG_Y, DVec2::X, DVec2::Y, DVec2::NEG_X] {
-            let corner = self.maximize(problem, direction / extent)?;
-            if hull.last().is_none_or(|last| apart(*last, corner, extent)) {
-                let _fits = hull.push(corner);
-            }
+        let mut border = Border::new(extent);
+        for direction in FIRST_DIRECTIONS {
+            border.push(self.maximize(problem, direction / extent)?);
         }
-        if hull.len() > 1 && !apart(hull[0], hull[hull.len() - 1], extent) {
-            hull.pop();
-        }
-        let (mut index, mut left) = (0, DIRECTIONS_MAX);
-        while index < hull.len() && left > 0 && hull.len() > 1 {
-            let (a, b) = (hull[index] / extent, hull[(index + 1) % hull.len()] / extent);
-            let normal = DVec2::new(b.y - a.y, a.x - b.x).normalize_or_zero();
-            if a.x.max(b.x) < BORDER_TOLERANCE * BORDER_TOLERANCE {
-                index += 1;
-                continue;
-            }
-            left -= 1;
+        for _ in 0..DIRECTIONS_MAX {
+            let Some((edge, normal)) = border.widest_gap() else { break };
             let corner = self.maximize(problem, normal / extent)?;
-            if normal.dot(corner / extent - a) > BORDER_TOLERANCE {
-                let _fits = hull.insert(index + 1, corner);
-            } else {
-                index += 1;
-            }
+            border.refine(edge, corner);
         }
-        Ok(hull)
+        Ok(border.corners)
     }
 
     /// Sets up the program and finds forces: for rates up to `extent`, or, where that is 0, for
@@ -236,7 +231,63 @@ fn torque_of(problem: &ContactProblem<'_>, generator: &Generator, joint: usize) 
     -problem.dynamics.frames.torque_of_wrench(joint, force, DVec3::ZERO, point)
 }
 
-/// Whether two corners are apart, in units of the extent of the rates.
-fn apart(a: DVec2, b: DVec2, extent: DVec2) -> bool {
-    ((a - b) / extent).length() > BORDER_TOLERANCE * BORDER_TOLERANCE
+/// The border of a set of rates as far as it is known: a convex polygon inside it.
+struct Border {
+    /// The largest rates, the unit of both axes.
+    extent: DVec2,
+    /// Corners, counter-clockwise.
+    corners: BoundedVec<DVec2, CORNERS_MAX>,
+    /// Whether the edge after a corner is part of the border.
+    is_final: BoundedVec<bool, CORNERS_MAX>,
 }
+
+impl Border {
+    fn new(extent: DVec2) -> Self {
+        Self { extent, corners: BoundedVec::new(), is_final: BoundedVec::new() }
+    }
+
+    /// Appends a corner unless it repeats the last one or the first one.
+    fn push(&mut self, corner: DVec2) {
+        let is_apart = |other: &&DVec2| {
+            ((**other - corner) / self.extent).length() > BORDER_TOLERANCE * BORDER_TOLERANCE
+        };
+        let ends = [self.corners.first(), self.corners.last()];
+        if ends.iter().flatten().all(is_apart) {
+            let _fits = (self.corners.push(corner), self.is_final.push(false));
+        }
+    }
+
+    fn edge(&self, index: usize) -> [DVec2; 2] {
+        [index, (index + 1) % self.corners.len()].map(|at| self.corners[at] / self.extent)
+    }
+
+    /// The longest edge that may not be part of the border, and its outward normal. Rates below
+    /// rest do not exist.
+    fn widest_gap(&self) -> Option<(usize, DVec2)> {
+        let length = |index: &usize| {
+            let [a, b] = self.edge(*index);
+            let is_open = !self.is_final[*index] && a.x.max(b.x) > REST_WIDTH;
+            if is_open { a.distance(b) } else { 0.0 }
+        };
+        let longest = (0..self.corners.len())
+            .reduce(|best, index| if length(&index) > length(&best) { index } else { best })?;
+        let [a, b] = self.edge(longest);
+        let normal = DVec2::new(b.y - a.y, a.x - b.x).normalize_or_zero();
+        (length(&longest) > 0.0).then_some((longest, normal))
+    }
+
+    /// Takes the farthest corner beyond an edge.
+    fn refine(&mut self, edge: usize, corner: DVec2) {
+        let [a, b] = self.edge(edge);
+        let normal = DVec2::new(b.y - a.y, a.x - b.x).normalize_or_zero();
+        if normal.dot(corner / self.extent - a) > BORDER_TOLERANCE {
+            let at = edge + 1;
+            let _fits = (self.corners.insert(at, corner), self.is_final.insert(at, false));
+        } else {
+            self.is_final[edge] = true;
+        }
+    }
+}
+
+/// Width of the edge of rates at rest, in units of the largest rates.
+const REST_WIDTH: f64 = 1e-6;

@@ -11,7 +11,8 @@ use crate::base::arena::reserve;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::TimedPath;
 use crate::timing::tuning::{
-    RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
+    RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX, REST_PLACES,
+    SLOWER_BEFORE_STOP,
 };
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
@@ -81,7 +82,7 @@ impl StopTable {
         Some(Stop {
             brake_at: brake.at,
             brake_duration: brake.duration,
-            resume_duration: resume_duration(timed, brake.at + 0.5 * brake.duration),
+            resume_duration: resume_duration(timed, brake.at + 0.5 * brake.duration)?,
         })
     }
 
@@ -135,7 +136,7 @@ fn brake(
                 break;
             }
             if ramp_holds(timed, brake_at, Ramp::Brake { seconds }) {
-                best = Some((brake_at, seconds));
+                best = resume_duration(timed, rest).map(|_| (brake_at, seconds)).or(best);
                 break;
             }
             seconds *= RAMP_STEP;
@@ -144,27 +145,23 @@ fn brake(
     best
 }
 
-/// The shortest ramp, in the same steps, by which the robot goes on after a rest at `time`; the
-/// longest one if none is within the limits of the path known so far.
-fn resume_duration(timed: &TimedPath, time: f64) -> f64 {
-    let mut seconds = RAMP_SHORTEST;
-    for _ in 0..RAMP_STEPS_MAX {
-        if ramp_holds(timed, time, Ramp::Resume { seconds }) {
-            return seconds;
-        }
-        seconds *= RAMP_STEP;
-    }
-    seconds
+/// The shortest ramp within the limits of the path known so far, in the same steps, by which the
+/// robot goes on after a rest at `time`.
+fn resume_duration(timed: &TimedPath, time: f64) -> Option<f64> {
+    let durations = std::iter::successors(Some(RAMP_SHORTEST), |seconds| Some(seconds * RAMP_STEP));
+    durations
+        .take(RAMP_STEPS_MAX)
+        .find(|&seconds| ramp_holds(timed, time, Ramp::Resume { seconds }))
 }
 
-/// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than
-/// they allow, or than the motion at full speed takes.
+/// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than they
+/// allow, or, within their distance to the limits, than the motion at full speed takes.
 fn ramp_holds(timed: &TimedPath, begin: f64, ramp: Ramp) -> bool {
     (0..=RAMP_SAMPLES).all(|sample| {
         let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
         let time = (begin + at.elapsed).min(timed.law.end());
         let share = timed.share_at(time, at.rate, at.rate_change);
-        share <= 1.0 || share <= timed.share_at(time, 1.0, 0.0)
+        share <= 1.0 || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
     })
 }
 

@@ -22,7 +22,7 @@ pub(crate) const REST_ACCELERATION: f64 = 0.2;
 pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
 /// The unit of moments in the balance of contacts, as a length, m.
 pub(crate) const MOMENT_ARM: f64 = 0.1;
-/// Directions in which the border of a set of rates is sought, beside the first four.
+/// Directions in which the border of a set of rates is sought, beside the first ones.
 pub(crate) const DIRECTIONS_MAX: usize = 10;
 /// Part of a set of rates that may be missed by leaving out corners.
 pub(crate) const BORDER_TOLERANCE: f64 = 4e-3;
