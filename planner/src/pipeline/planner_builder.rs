@@ -193,7 +193,8 @@ impl<'a> PlannerBuilder<'a> {
             threads: self.threads.get(),
             reason: error.to_string(),
         })?;
-        let constraints = Constraints::new(robot, collision, config.clone());
+        let mut constraints = Constraints::new(robot, collision, config.clone());
+        constraints.checked_com_margin = self.scenario.checker.com_margin;
         let (preparation, seed) = (self.preparation.clone(), self.scenario.seed);
         Ok((PlanningContext { constraints, surfaces, preparation, threads, seed }, placement))
     }
@@ -292,7 +293,8 @@ fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> Fo
     let standard = FootPlacementConfig::for_soles(
         &robot.soles.each_ref().map(|sole| sole.polygon.clone()),
         scenario.planner.support_area_min,
-        scenario.checker.support_area_min,
+        &scenario.checker,
+        robot.com_margin_reserve,
     );
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {
@@ -300,6 +302,7 @@ fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> Fo
         // Near placements come first, however small their support: the search weighs it
         // (docs/decisions/0010-foot-placement.md).
         support_area_inflation: 1.0,
+        centre_height: robot.centre_height,
         ..standard
     }
 }
