@@ -1,4 +1,5 @@
-//! Gives the program the commit it is built from, in the environment variable `SUREFOOT_COMMIT`.
+//! Gives the program the commit it is built from, in the environment variable `SUREFOOT_COMMIT`,
+//! and the files of `configs/`, in `shipped_files.rs` of the output folder.
 //!
 //! The commit is read from the files of git, or from `.cargo_vcs_info.json` in a package made by
 //! `cargo package`; it is `unknown` where neither exists. Git itself is not called. Changes that
@@ -31,6 +32,31 @@ fn main() {
         println!("cargo::rerun-if-changed={}", path.display());
     }
     println!("cargo::rustc-env=SUREFOOT_COMMIT={}", source.commit);
+    let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    println!("cargo::rerun-if-changed={}", configs.display());
+    let out = std::env::var_os("OUT_DIR").map(PathBuf::from).expect("cargo sets OUT_DIR");
+    fs::write(out.join("shipped_files.rs"), shipped_files(&configs))
+        .expect("cargo's output folder can be written to");
+}
+
+/// A Rust expression: the files below a folder, each with its path from there and its bytes.
+fn shipped_files(folder: &Path) -> String {
+    let mut files = Vec::new();
+    collect(folder, &mut files);
+    files.sort();
+    let rows = files.iter().map(|file| {
+        let name = file.strip_prefix(folder).unwrap_or(file).display().to_string();
+        format!("    ({name:?}, include_bytes!({:?})),\n", file.display().to_string())
+    });
+    format!("&[\n{}]\n", rows.collect::<String>())
+}
+
+/// Adds every file below a folder.
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() { collect(&path, files) } else { files.push(path) }
+    }
 }
 
 /// The commit of the package in `folder`. A repository around the folder is not the package's own.

@@ -56,6 +56,69 @@ pub enum Command {
     Bench(BenchArguments),
     /// Report whether this machine can run a walk
     Doctor(DoctorArguments),
+    /// List the scenarios, robots and worlds that the program carries
+    List(ListArguments),
+    /// Write a first scenario, with a world and a robot, to a folder
+    New(NewArguments),
+    /// Draw an exported plan
+    Picture(PictureArguments),
+    /// Say what an exported plan does, or why a run found none
+    Explain(ExplainArguments),
+    /// Print a shell's completions of these commands
+    Completions(CompletionsArguments),
+    /// Write the manual pages of all commands to a folder
+    Man(ManArguments),
+}
+
+/// `surefoot list`.
+#[derive(Debug, Args)]
+pub struct ListArguments {
+    /// Print one JSON object a line
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot new`.
+#[derive(Debug, Args)]
+pub struct NewArguments {
+    /// The folder; it is made if it does not exist
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+}
+
+/// `surefoot picture`.
+#[derive(Debug, Args)]
+pub struct PictureArguments {
+    /// The exported plan
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// The picture: still (.png) or animated (.apng)
+    #[arg(value_name = "OUT.png|OUT.apng")]
+    pub out: PathBuf,
+}
+
+/// `surefoot explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArguments {
+    /// The exported plan, or the report of a run
+    #[arg(value_name = "PLAN.json|REPORT.json")]
+    pub file: PathBuf,
+}
+
+/// `surefoot completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+/// `surefoot man`.
+#[derive(Debug, Args)]
+pub struct ManArguments {
+    /// The folder; it is made if it does not exist
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }
 
 /// `surefoot walk`.
@@ -271,7 +334,8 @@ pub struct DoctorArguments {
 /// The inputs of a search.
 #[derive(Debug, Args)]
 pub struct SearchArguments {
-    /// The file that names robot, world, start, goal and work limit
+    /// The file that names robot, world, start, goal and work limit, or a name that `surefoot list`
+    /// shows
     pub scenario: PathBuf,
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]

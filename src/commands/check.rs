@@ -8,6 +8,7 @@ use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::plan_file::read::load_plan;
 
 use crate::cli::arguments::CheckArguments;
+use crate::input::shipped::scenario_path;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::margins::{WorstMargins, with_unit};
 use crate::system::terminal;
@@ -19,7 +20,10 @@ use crate::system::terminal;
 pub fn run(arguments: &CheckArguments) -> Result<CommandOutcome, CommandError> {
     let plan = load_plan(&arguments.plan)?;
     let problem = match &arguments.scenario {
-        Some(path) => Problem::of_scenario(&load_scenario(path)?, &plan, &arguments.plan)?,
+        Some(path) => {
+            let scenario = load_scenario(&scenario_path(path)?)?;
+            Problem::of_scenario(&scenario, &plan, &arguments.plan)?
+        }
         None => Problem::of_plan(&plan, &arguments.plan)?,
     };
     let report = check_plan_in(&plan, &arguments.plan, &problem)?;

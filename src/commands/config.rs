@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ops::Bound;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use surefoot_shared_types::config::load::load_scenario;
@@ -12,12 +12,13 @@ use surefoot_shared_types::config::parameters::PARAMETERS;
 use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
 
 use crate::cli::arguments::ConfigShowArguments;
+use crate::input::shipped::scenario_path;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
 
 /// The parameters in use, and the lines of the scenario file that set them.
-struct Configuration<'a> {
-    scenario: Option<&'a Path>,
+struct Configuration {
+    scenario: Option<PathBuf>,
     planner: PlannerConfig,
     checker: CheckerConfig,
     lines: BTreeMap<String, usize>,
@@ -34,8 +35,9 @@ pub fn run(arguments: &ConfigShowArguments) -> Result<CommandOutcome, CommandErr
     Ok(CommandOutcome::Done)
 }
 
-fn configuration(scenario: Option<&Path>) -> Result<Configuration<'_>, CommandError> {
-    let (planner, checker, lines) = match scenario {
+fn configuration(scenario: Option<&Path>) -> Result<Configuration, CommandError> {
+    let scenario = scenario.map(scenario_path).transpose()?;
+    let (planner, checker, lines) = match &scenario {
         Some(path) => {
             let loaded = load_scenario(path)?;
             (loaded.planner, loaded.checker, parameter_lines(path)?)
@@ -45,14 +47,14 @@ fn configuration(scenario: Option<&Path>) -> Result<Configuration<'_>, CommandEr
     Ok(Configuration { scenario, planner, checker, lines })
 }
 
-impl Configuration<'_> {
+impl Configuration {
     fn value(&self, parameter: &Parameter) -> Value {
         (parameter.value)(&self.planner, &self.checker)
     }
 
     /// The scenario file and the line, or `default`.
     fn origin(&self, parameter: &Parameter) -> String {
-        match (self.scenario, self.lines.get(parameter.name)) {
+        match (&self.scenario, self.lines.get(parameter.name)) {
             (Some(path), Some(line)) => format!("{}:{line}", path.display()),
             _ => "default".to_owned(),
         }
@@ -83,7 +85,7 @@ impl Configuration<'_> {
     fn json(&self) -> String {
         let parameters: Vec<serde_json::Value> =
             PARAMETERS.iter().map(|parameter| self.json_of(parameter)).collect();
-        let scenario = self.scenario.map(|path| path.display().to_string());
+        let scenario = self.scenario.as_ref().map(|path| path.display().to_string());
         json!({ "scenario": scenario, "parameters": parameters }).to_string()
     }
 

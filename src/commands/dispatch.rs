@@ -2,7 +2,10 @@
 
 use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
-use crate::commands::{check, config, control, doctor, monitor, plan, prepare, request, walk};
+use crate::commands::{
+    check, completions, config, control, doctor, explain, list, man, monitor, new, picture, plan,
+    prepare, request, walk,
+};
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
 use crate::report::reporter::Reporter;
@@ -21,6 +24,12 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Config(ConfigCommand::Show(arguments)) => config::run(arguments),
         Command::Bench(arguments) => command::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),
+        Command::List(arguments) => list::run(arguments),
+        Command::New(arguments) => new::run(arguments),
+        Command::Picture(arguments) => picture::run(arguments),
+        Command::Explain(arguments) => explain::run(arguments),
+        Command::Completions(arguments) => completions::run(arguments),
+        Command::Man(arguments) => man::run(arguments),
     };
     match result {
         Ok(_) if terminal::has_lost_output() => {

@@ -2,11 +2,17 @@
 
 pub mod bench;
 pub mod check;
+pub mod completions;
 pub mod config;
 pub mod control;
 pub mod dispatch;
 pub mod doctor;
+pub mod explain;
+pub mod list;
+pub mod man;
 pub mod monitor;
+pub mod new;
+pub mod picture;
 pub mod plan;
 pub mod prepare;
 pub mod request;

@@ -12,6 +12,7 @@ use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 
 use crate::input::preparation_cache;
+use crate::input::shipped::scenario_path;
 use crate::report::command_error::CommandError;
 use crate::report::run_report::RunNames;
 
@@ -27,12 +28,13 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Loads a scenario, its robot and its world; `seed` replaces the scenario's.
+    /// Loads a scenario, a file or the name of a shipped one, its robot and its world; `seed`
+    /// replaces the scenario's.
     ///
     /// # Errors
     /// One of the files cannot be used.
     pub fn load(path: &Path, seed: Option<u64>) -> Result<Self, InputError> {
-        let scenario = load_scenario(path)?;
+        let scenario = load_scenario(&scenario_path(path)?)?;
         let scenario = match seed {
             Some(seed) => scenario.with_seed(seed),
             None => scenario,

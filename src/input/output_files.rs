@@ -8,6 +8,10 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use surefoot_shared_types::plan_format::blocks::PlanFile;
+use surefoot_shared_types::robot::load::robot_from_block;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::load::world_from_block;
+use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::OutputArguments;
 use crate::input::inputs::Inputs;
@@ -53,6 +57,19 @@ fn check_distinct(paths: &[&PathBuf]) -> Result<(), CommandError> {
 pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), CommandError> {
     let scene = PictureScene::new(&inputs.model, &inputs.world, plan)?;
     Ok(render(&scene, path)?)
+}
+
+/// The robot and the world that an exported plan names, by paths relative to its file.
+///
+/// # Errors
+/// One of them cannot be used.
+pub fn robot_and_world(
+    plan: &PlanFile,
+    plan_path: &Path,
+) -> Result<(RobotModel, World), CommandError> {
+    let base_dir = plan_path.parent().unwrap_or(Path::new(""));
+    let model = robot_from_block(&plan.robot, base_dir, plan_path)?;
+    Ok((model, world_from_block(&plan.scene, base_dir, plan_path)?))
 }
 
 /// Checks that files can be written into a folder.

@@ -13,6 +13,7 @@ use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
 
+use crate::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
 use crate::report::command_error::CommandError;
 use crate::system::clock::Stopwatch;
 use crate::system::terminal;
@@ -83,7 +84,7 @@ fn find_or_make(
         .map_err(|error| CommandError::Preparation(error.to_string()))?;
     let saved = match &path {
         Some(path) => save(preparation.bytes(), path).map(|()| path.clone()),
-        None => Err("neither XDG_CACHE_HOME nor HOME names an absolute folder".to_owned()),
+        None => Err(NO_CACHE_FOLDER.to_owned()),
     };
     if let (Err(reason), false) = (&saved, quiet) {
         warn(reason);
@@ -133,16 +134,4 @@ fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
     let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
     file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
     file.persist(path).map(drop).map_err(|error| failed(error.error))
-}
-
-/// `surefoot` in the user's cache folder, as the XDG base directory specification names it; `None`
-/// where there is none.
-fn cache_folder() -> Option<PathBuf> {
-    let absolute = |path: PathBuf| path.is_absolute().then_some(path);
-    let named = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).and_then(absolute);
-    let home = std::env::var_os("HOME")
-        .map(PathBuf::from)
-        .and_then(absolute)
-        .map(|home| home.join(".cache"));
-    named.or(home).map(|folder| folder.join("surefoot"))
 }

@@ -1,0 +1,24 @@
+//! `surefoot picture`: draws an exported plan.
+
+use surefoot_shared_types::plan_file::read::load_plan;
+
+use crate::cli::arguments::{OutputArguments, PictureArguments};
+use crate::input::output_files;
+use crate::picture::PictureScene;
+use crate::picture::render::render;
+use crate::report::command_error::{CommandError, CommandOutcome};
+
+/// Runs the command. Robot and world are those that the plan names.
+///
+/// # Errors
+/// The plan, its robot or its world cannot be used, or the picture cannot be written.
+pub fn run(arguments: &PictureArguments) -> Result<CommandOutcome, CommandError> {
+    output_files::check(&OutputArguments {
+        picture: Some(arguments.out.clone()),
+        ..OutputArguments::default()
+    })?;
+    let plan = load_plan(&arguments.plan)?;
+    let (model, world) = output_files::robot_and_world(&plan, &arguments.plan)?;
+    render(&PictureScene::new(&model, &world, &plan)?, &arguments.out)?;
+    Ok(CommandOutcome::Done)
+}
