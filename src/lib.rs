@@ -55,8 +55,8 @@ pub mod system;
 
 pub use api::{
     BuildError, CheckError, Checker, CheckerConfig, Contacts, Delivery, DeliveryOutcome, Digest,
-    Event, Foot, Foothold, Goal, LoadError, Margins, Message, Parameters, Plan, PlanChunk,
-    PlanError, Planner, PlannerBuilder, PlannerConfig, Pose, PrepareError, Prepared, Publisher,
-    ReplanError, Robot, SearchStats, Shape, Stance, StartError, State, Step, Subscriber,
-    TransportError, World, WorldBuilder, WorldCorrection, WorldError,
+    Event, ExecutionConfig, Foot, Foothold, Goal, LoadError, Margins, Message, MotionKind,
+    Parameters, Plan, PlanChunk, PlanError, Planner, PlannerBuilder, PlannerConfig, Pose,
+    PrepareError, Prepared, Publisher, ReplanError, Robot, SearchStats, Shape, Stance, StartError,
+    State, Step, Subscriber, TransportError, World, WorldBuilder, WorldCorrection, WorldError,
 };

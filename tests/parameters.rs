@@ -18,11 +18,15 @@ use surefoot_shared_types::config::builder::ScenarioContent;
 use surefoot_shared_types::config::parameter::{Parameter, Range, Value};
 use surefoot_shared_types::config::parameters::PARAMETERS;
 use surefoot_shared_types::config::scenario::StancePose;
-use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
 
-/// The defaults of both tables, as JSON.
+/// The defaults of all tables, as JSON.
 fn defaults() -> Json {
-    json!({ "planner": PlannerConfig::default(), "checker": CheckerConfig::default() })
+    json!({
+        "planner": PlannerConfig::default(),
+        "checker": CheckerConfig::default(),
+        "execution": ExecutionConfig::default(),
+    })
 }
 
 /// Sets a parameter.
@@ -31,7 +35,7 @@ fn set(tables: &mut Json, name: &str, value: Json) {
     tables[table][key] = value;
 }
 
-/// Builds a scenario with both tables; the error names the parameter, if a range refused it.
+/// Builds a scenario with all tables; the error names the parameter, if a range refused it.
 fn build(tables: &Json) -> Result<(), String> {
     let text = |error: serde_json::Error| error.to_string();
     let stance = StancePose { position: glam::DVec3::ZERO, yaw: 0.0, stance_width: 0.2 };
@@ -43,6 +47,7 @@ fn build(tables: &Json) -> Result<(), String> {
         seed: 1,
         planner: serde_json::from_value(tables["planner"].clone()).map_err(text)?,
         checker: serde_json::from_value(tables["checker"].clone()).map_err(text)?,
+        execution: serde_json::from_value(tables["execution"].clone()).map_err(text)?,
     };
     content.build().map(|_| ()).map_err(|error| error.parameter)
 }
@@ -73,13 +78,16 @@ fn accepts(parameter: &Parameter, value: f64) -> Result<(), String> {
 }
 
 #[test]
-fn the_table_names_the_fields_of_both_structs_in_their_order() {
+fn the_table_names_the_fields_of_all_structs_in_their_order() {
     let planner = toml::to_string(&PlannerConfig::default()).unwrap();
     let checker = toml::to_string(&CheckerConfig::default()).unwrap();
+    let execution = toml::to_string(&ExecutionConfig::default()).unwrap();
     let keys = |table: &str, text: &str| -> Vec<String> {
         text.lines().map(|line| format!("{table}.{}", line.split(' ').next().unwrap())).collect()
     };
-    let fields = [keys("planner", &planner), keys("checker", &checker)].concat();
+    let fields =
+        [keys("planner", &planner), keys("checker", &checker), keys("execution", &execution)];
+    let fields = fields.concat();
     let names: Vec<&str> = PARAMETERS.iter().map(|parameter| parameter.name).collect();
     assert_eq!(names, fields);
 }
@@ -92,6 +100,7 @@ fn every_value_of_the_table_is_that_of_the_field_it_names() {
         let value = match parameter.default_value() {
             Value::Count(count) => json!(count),
             Value::Real(number) => json!(number),
+            Value::Name(name) => json!(name),
         };
         assert_eq!(value, tables[table][key], "{}", parameter.name);
     }
@@ -107,6 +116,10 @@ fn the_ends_of_every_range_are_enforced() {
                 continue;
             }
             Range::Reals { low, high } => (low, high),
+            Range::Names(names) => {
+                assert_names(parameter, names);
+                continue;
+            }
         };
         for (bound, outward) in [(low, -1.0), (high, 1.0)] {
             let (Included(end) | Excluded(end)) = bound else { panic!("{name} has no end") };
@@ -143,21 +156,34 @@ fn assert_count_ends(parameter: &Parameter, least: u64, most: u64) {
     }
 }
 
+/// Each name is accepted; another one is refused by the field's type, which lists them.
+fn assert_names(parameter: &Parameter, names: &[&str]) {
+    let with = |name: &str| {
+        let mut tables = defaults();
+        set(&mut tables, parameter.name, json!(name));
+        build(&tables)
+    };
+    for name in names {
+        assert_eq!(with(name), Ok(()), "{} = {name}", parameter.name);
+        assert!(with("another").unwrap_err().contains(name), "{}", parameter.name);
+    }
+}
+
 /// The text above the tables of the document.
 const INTRODUCTION: &str = "\
 # Parameters
 
-The parameters that a scenario may set in `[planner]` and `[checker]`. `surefoot config show` prints
-their values; with a scenario, also where each value comes from. The tables are those of
-`shared-types/src/config/parameters.rs`; `SUREFOOT_BLESS=1 cargo test --test parameters` rewrites
-this file. Grey is the thesis that the README names; decision 0003 is
-[0003-planner-margins.md](decisions/0003-planner-margins.md).
+The parameters that a scenario may set in `[planner]`, `[checker]` and `[execution]`.
+`surefoot config show` prints their values; with a scenario, also where each value comes from. The
+tables are those of `shared-types/src/config/parameters.rs`;
+`SUREFOOT_BLESS=1 cargo test --test parameters` rewrites this file. Grey is the thesis that the
+README names; decision 0003 is [0003-planner-margins.md](decisions/0003-planner-margins.md).
 ";
 
 /// The document.
 fn document() -> String {
     let mut text = INTRODUCTION.to_owned();
-    for table in ["planner", "checker"] {
+    for table in ["planner", "checker", "execution"] {
         text += &format!("\n## [{table}]\n\n");
         text += "| Parameter | Default | Unit | Range | Effect | Source |\n";
         text += "| --- | --- | --- | --- | --- | --- |\n";

@@ -101,6 +101,9 @@ fn plan() -> PlanFile {
         root_xyz: [STEP * i as f64, 0.0, 0.8],
         root_quat_xyzw: [0.0, 0.0, 0.0, 1.0],
         q: vec![if i % 2 == 1 { 0.2 } else { 0.0 }, 0.0],
+        velocity: vec![],
+        acceleration: vec![],
+        torque: vec![],
     };
     let contact = |foot: &str, x: f64, y: f64| ContactBlock {
         foot: foot.into(),
@@ -130,6 +133,7 @@ fn plan() -> PlanFile {
         joint_names: vec!["right_leg".into(), "left_leg".into()],
         waypoints: (0..=STANCES).map(waypoint).collect(),
         phases: (0..STANCES).map(phase).collect(),
+        chunks: vec![],
         start: EndBlock::Config {
             root_xyz: [0.0, 0.0, 0.8],
             root_quat_xyzw: [0.0, 0.0, 0.0, 1.0],

@@ -59,8 +59,8 @@ fn every_start_and_goal_has_both_soles_wholly_on_the_ground() {
             scenario.world_path.file_stem().and_then(|stem| stem.to_str())
         );
         assert_eq!(scenario.seed, 1);
-        assert_near(scenario.goal_position_tolerance, 0.10, "position tolerance");
-        assert_near(scenario.goal_yaw_tolerance, 0.35, "yaw tolerance");
+        assert_near(scenario.goal_tolerance.position, 0.10, "position tolerance");
+        assert_near(scenario.goal_tolerance.yaw, 0.35, "yaw tolerance");
         for stance in [scenario.start, scenario.goal] {
             assert_near(stance.stance_width, 0.2, "stance width");
             for sole in stance.world_from_soles() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use surefoot::input::inputs::Inputs;
+use surefoot::input::inputs::{Inputs, Overrides};
 use surefoot_planner::collision::model::CollisionModel;
 use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
@@ -33,7 +33,7 @@ const ATTEMPTS: u64 = 200;
 pub fn shipped(name: &str) -> Inputs {
     Inputs::load(
         &Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml")),
-        None,
+        Overrides::default(),
     )
     .unwrap()
 }
@@ -69,7 +69,7 @@ pub struct Scene {
 
 impl Scene {
     pub fn new(inputs: Inputs) -> Self {
-        let Inputs { scenario, model, world } = inputs;
+        let Inputs { scenario, model, world, .. } = inputs;
         let robot = Mechanism::new(&model, &scenario.planner).unwrap();
         let collision = CollisionModel::new(&model, &world, scenario.planner.clearance).unwrap();
         let constraints = Constraints::new(robot, collision, scenario.planner);

@@ -47,6 +47,7 @@ fn chunk(
     chunk.waypoints_len = waypoints.len() as u32;
     chunk.waypoints[..waypoints.len()].copy_from_slice(waypoints);
     chunk.joints_len = 4;
+    chunk.brake_at = waypoints[waypoints.len() - 1].time;
     (chunk.robot, chunk.world, chunk.config, chunk.stream) =
         (IDENTITY.robot, IDENTITY.world, IDENTITY.config, stream);
     signed(chunk)
@@ -128,8 +129,8 @@ fn with_cached_executor<T>(use_it: impl FnOnce(&mut ChunkExecutor) -> T) -> T {
 
 #[test]
 fn malformed_messages_are_refused() {
-    let changes: [&dyn Fn(&mut PlanChunk); 15] = [
-        &|chunk| chunk.schema = 2,
+    let changes: [&dyn Fn(&mut PlanChunk); 24] = [
+        &|chunk| chunk.schema = CHUNK_SCHEMA + 1,
         &|chunk| chunk.flags = 4,
         &|chunk| chunk.flags = FLAG_FIRST,
         &|chunk| chunk.mode = 3,
@@ -144,6 +145,24 @@ fn malformed_messages_are_refused() {
         &|chunk| chunk.joints_len = 5,
         &|chunk| chunk.waypoints[1].q[2] = f64::NAN,
         &|chunk| chunk.waypoints[2].root_position[0] = f64::INFINITY,
+        &|chunk| chunk.interpolation = 2,
+        &|chunk| chunk.brake_at = f64::NAN,
+        &|chunk| chunk.brake_at = 2.9,
+        &|chunk| chunk.brake_duration = 0.1,
+        &|chunk| chunk.resume_duration = 21.0,
+        &|chunk| chunk.waypoints[1].joint_velocity[0] = 0.1,
+        &|chunk| {
+            chunk.interpolation = 1;
+            chunk.brake_at = 1.0;
+        },
+        &|chunk| {
+            chunk.interpolation = 1;
+            (chunk.brake_at, chunk.brake_duration) = (3.9, 0.4);
+        },
+        &|chunk| {
+            chunk.interpolation = 1;
+            chunk.waypoints[1].root_acceleration[4] = f64::NAN;
+        },
     ];
     for (index, change) in changes.iter().enumerate() {
         assert_eq!(refusal(change), Check::Malformed, "change {index}");
@@ -195,7 +214,10 @@ fn a_foot_may_be_lifted_but_not_swapped() {
 fn physics_is_checked_last_and_a_new_plan_begins_where_the_robot_stands() {
     assert_eq!(refusal(|chunk| chunk.waypoints[2].q[2] = 0.5), Check::Spacing);
     assert_eq!(
-        refusal(|chunk| chunk.waypoints[2].time = chunk.waypoints[1].time + 0.1),
+        refusal(|chunk| {
+            chunk.waypoints[2].time = chunk.waypoints[1].time + 0.1;
+            chunk.brake_at = chunk.waypoints[2].time;
+        }),
         Check::Acceleration
     );
     let mut executor = executor();

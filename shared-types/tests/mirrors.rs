@@ -16,6 +16,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use surefoot_shared_types::base::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
 };
+use surefoot_shared_types::message::chunk::ROOT_FREEDOMS;
 use surefoot_shared_types::message::layout::Field;
 use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::simulation_state::FootForce;
@@ -24,8 +25,9 @@ use surefoot_shared_types::message::{
     SimulationState, Waypoint, WorldCorrection,
 };
 
-const LIMITS: [(&str, usize); 5] = [
+const LIMITS: [(&str, usize); 6] = [
     ("JOINTS_MAX", JOINTS_MAX),
+    ("ROOT_FREEDOMS", ROOT_FREEDOMS),
     ("CHUNK_WAYPOINTS_MAX", CHUNK_WAYPOINTS_MAX),
     ("CONTACTS_MAX", CONTACTS_MAX),
     ("POLYGON_VERTICES_MAX", POLYGON_VERTICES_MAX),

@@ -11,7 +11,8 @@ use common::{Folder, ROBOT, check_no_panic};
 use serde_json::{Value, json};
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::plan_file::ramps::fitting_chunks;
 use surefoot_shared_types::plan_file::read::{joint_order, load_plan};
 use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
 use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile};
@@ -84,6 +85,88 @@ fn chunks_become_waypoints_and_consecutive_phases() {
     let EndBlock::Feet { soles, tol } = &plan.start else { panic!("{:?}", plan.start) };
     assert_eq!((soles["left"].xyz, *tol), ([0.0, 0.1, 0.0], 2e-3));
     assert!(matches!(&plan.goal, EndBlock::Feet { tol, .. } if *tol == 0.10));
+}
+
+/// The chunks with velocities.
+fn smooth_chunks() -> Vec<PlanChunk> {
+    let mut chunks = chunks();
+    for chunk in &mut chunks {
+        chunk.interpolation = Interpolation::Quintic as u64;
+        let last = chunk.waypoints_len as usize - 1;
+        (chunk.brake_at, chunk.brake_duration) = (chunk.waypoints[last].time - 0.2, 0.4);
+        for waypoint in &mut chunk.waypoints[..=last] {
+            waypoint.root_velocity = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
+            waypoint.root_acceleration = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+            waypoint.joint_velocity[1] = 0.7;
+            waypoint.joint_acceleration[1] = 0.8;
+            waypoint.torque[0] = 9.0;
+        }
+    }
+    chunks
+}
+
+fn smooth_plan(folder: &Folder) -> PlanFile {
+    let robot = load_robot(&folder.path("robot.toml")).unwrap();
+    let world = load_world(&folder.path("world.toml")).unwrap();
+    let scenario = load_scenario(&folder.path("scenario.toml")).unwrap();
+    plan_from_chunks(&robot, &world, &scenario, &smooth_chunks(), &folder.path("."))
+}
+
+#[test]
+fn a_smooth_plan_states_velocity_acceleration_torque_and_where_it_may_stop() {
+    let folder = Folder::new();
+    let plan = smooth_plan(&folder);
+    let waypoint = &plan.waypoints[4];
+    assert_eq!(waypoint.velocity, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.0, 0.7]);
+    assert_eq!(waypoint.acceleration, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.0, 0.8]);
+    assert_eq!(waypoint.torque, [9.0, 0.0]);
+    let chunks = fitting_chunks(&plan).unwrap();
+    assert_eq!((chunks.len(), chunks[1].first, chunks[1].last), (5, 3, 5));
+    assert_eq!((chunks[1].brake_at, chunks[1].brake_duration), (4.8, 0.4));
+    let path = folder.path("plan.json");
+    save(&plan, &path).unwrap();
+    assert_eq!(load_plan(&path).unwrap(), plan);
+}
+
+#[test]
+fn chunks_that_an_edit_left_behind_are_named_and_the_plan_is_still_read() {
+    let folder = Folder::new();
+    let plan = smooth_plan(&folder);
+    let edits: [fn(&mut PlanFile); 5] = [
+        |plan| plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.4),
+        |plan| plan.chunks[2].first += 1,
+        |plan| plan.chunks.truncate(3),
+        |plan| plan.chunks[1].brake_duration = -0.1,
+        |plan| {
+            plan.chunks.remove(1);
+            plan.chunks[1].first = 3;
+        },
+    ];
+    for (index, edit) in edits.iter().enumerate() {
+        let mut edited = plan.clone();
+        edit(&mut edited);
+        assert!(fitting_chunks(&edited).is_err(), "edit {index}");
+        let path = folder.path("plan.json");
+        save(&edited, &path).unwrap();
+        load_plan(&path).unwrap();
+    }
+}
+
+#[test]
+fn rates_of_one_waypoint_alone_are_refused() {
+    let folder = Folder::new();
+    let edits: [fn(&mut PlanFile); 5] = [
+        |plan| plan.waypoints[3].velocity.clear(),
+        |plan| plan.waypoints[3].torque.clear(),
+        |plan| plan.waypoints.iter_mut().for_each(|waypoint| waypoint.acceleration.clear()),
+        |plan| plan.waypoints[2].velocity.truncate(5),
+        |plan| plan.waypoints[2].torque[1] = 1e7,
+    ];
+    for (index, edit) in edits.iter().enumerate() {
+        let mut plan = smooth_plan(&folder);
+        edit(&mut plan);
+        assert!(save(&plan, &folder.path("plan.json")).is_err(), "edit {index}");
+    }
 }
 
 #[test]

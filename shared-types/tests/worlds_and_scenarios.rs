@@ -177,7 +177,7 @@ fn a_valid_scenario_loads_as_written() {
     assert_eq!(scenario.world_path, folder.path("world.toml"));
     assert_eq!((scenario.start.yaw, scenario.start.stance_width), (0.0, 0.2));
     assert_eq!((scenario.goal.yaw, scenario.goal.stance_width), (1.5, 0.3));
-    assert_eq!((scenario.goal_position_tolerance, scenario.goal_yaw_tolerance), (0.10, 0.35));
+    assert_eq!((scenario.goal_tolerance.position, scenario.goal_tolerance.yaw), (0.10, 0.35));
     assert_eq!(
         (scenario.planner.work_max, scenario.planner.com_margin, scenario.checker.com_margin),
         (1000, 0.02, 0.001)

@@ -19,7 +19,7 @@ pub use error::{
     TransportError, WorldError,
 };
 pub use event::{Event, WorldCorrection};
-pub use parameters::{CheckerConfig, Parameters, PlannerConfig};
+pub use parameters::{CheckerConfig, ExecutionConfig, MotionKind, Parameters, PlannerConfig};
 pub use plan::{Contacts, Digest, Foot, Foothold, Plan, PlanChunk, State};
 pub use planner::{Planner, PlannerBuilder, SearchStats, Step};
 pub use pose::Pose;

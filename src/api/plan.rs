@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::DQuat;
 pub use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::base::spatial::interpolate;
 pub use surefoot_shared_types::message::PlanChunk;
-use surefoot_shared_types::message::{Contact, RestState, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Contact, Interpolation, RestState, SupportMode, Waypoint};
 
 use crate::api::pose::Pose;
 
@@ -76,6 +74,13 @@ pub struct State {
     pub world_from_root: Pose,
     /// Joint positions in the order of [`Robot::joint_names`](crate::Robot::joint_names), rad or m.
     pub q: Vec<f64>,
+    /// Velocity of the root's origin (m/s), the root's angular velocity (rad/s), both along the
+    /// world's axes, then the joints' in the order of `q`.
+    pub velocity: Vec<f64>,
+    /// The derivative of `velocity`.
+    pub acceleration: Vec<f64>,
+    /// Feed-forward joint efforts in the order of `q`, N m or N; 0 in a quasi-static plan.
+    pub torque: Vec<f64>,
     /// The stance feet.
     pub contacts: Contacts,
     rest_state: RestState,
@@ -128,18 +133,26 @@ impl Plan {
         contacts(&self.chunks[self.chunk_at(t)])
     }
 
-    /// The configuration at time `t` (s), clamped to the duration: between two waypoints joints and
-    /// root position are linear in time, the root's rotation follows the shortest arc.
+    /// The motion at time `t` (s), clamped to the duration. Between two waypoints of a quasi-static
+    /// plan joints and root position are linear in time, the root's rotation follows the shortest
+    /// arc; between two of a smooth plan all follow polynomials of degree 5.
     pub fn sample(&self, t: f64) -> State {
         let index = self.chunk_at(t);
         let chunk = &self.chunks[index];
-        let waypoint = sample(chunk.waypoints(), t);
+        let interpolation =
+            Interpolation::from_wire(chunk.interpolation).unwrap_or(Interpolation::Linear);
+        let waypoint = interpolation.sample(chunk.waypoints(), t);
+        let joints = chunk.joints_len as usize;
+        let rates = |root: &[f64], joint: &[f64]| [root, &joint[..joints]].concat();
         State {
             time: waypoint.time,
             world_from_root: waypoint.world_from_root().into(),
-            q: waypoint.q[..chunk.joints_len as usize].to_vec(),
+            q: waypoint.q[..joints].to_vec(),
+            velocity: rates(&waypoint.root_velocity, &waypoint.joint_velocity),
+            acceleration: rates(&waypoint.root_acceleration, &waypoint.joint_acceleration),
+            torque: waypoint.torque[..joints].to_vec(),
             contacts: contacts(chunk),
-            rest_state: self.rest_state(index, &waypoint),
+            rest_state: self.rest_state(index, &waypoint.rested()),
         }
     }
 
@@ -180,23 +193,6 @@ fn footholds(chunks: &[PlanChunk]) -> Vec<Foothold> {
         }
     }
     footholds
-}
-
-/// The configuration at time `t` among waypoints, of which there is at least one.
-fn sample(waypoints: &[Waypoint], t: f64) -> Waypoint {
-    let next = waypoints.partition_point(|waypoint| waypoint.time <= t);
-    let (Some(a), Some(b)) = (next.checked_sub(1).map(|a| &waypoints[a]), waypoints.get(next))
-    else {
-        return waypoints[next.min(waypoints.len() - 1)];
-    };
-    let share = (t - a.time) / (b.time - a.time);
-    let root = interpolate(&a.world_from_root(), &b.world_from_root(), share);
-    Waypoint {
-        time: t,
-        root_position: root.translation.to_array(),
-        root_rotation: DQuat::to_array(&root.rotation),
-        q: std::array::from_fn(|joint| a.q[joint] + share * (b.q[joint] - a.q[joint])),
-    }
 }
 
 #[cfg(test)]
@@ -254,6 +250,8 @@ mod tests {
         assert_eq!(plan.duration(), 4.0);
         let state = plan.sample(2.5);
         assert_eq!((state.time, state.q[0], state.world_from_root.position[0]), (2.5, 5.0, 2.5));
+        assert_eq!(state.velocity, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0]);
+        assert_eq!((&state.acceleration[..], &state.torque[..]), (&[0.0; 7][..], &[0.0][..]));
         assert!(state.contacts.is_stance(Foot::Left) && !state.contacts.is_stance(Foot::Right));
         let lifted = state.rest_state().contact_of(1).unwrap();
         assert_eq!(lifted.position[0], 0.0, "a lifted foot keeps the contact that it had");

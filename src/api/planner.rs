@@ -263,7 +263,7 @@ impl Planner {
     }
 
     fn scenario(&self, task: &Task) -> Result<Scenario, ScenarioError> {
-        let Parameters { planner, checker } = self.parameters.clone();
+        let Parameters { planner, checker, execution } = self.parameters.clone();
         let content = ScenarioContent {
             start: task.start.into(),
             goal: task.goal.stance.into(),
@@ -272,6 +272,7 @@ impl Planner {
             seed: self.seed,
             planner,
             checker,
+            execution,
         };
         content.build()
     }

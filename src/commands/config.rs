@@ -5,11 +5,12 @@ use std::ops::Bound;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::parameter::{Parameter, Range, Value};
 use surefoot_shared_types::config::parameter_lines::parameter_lines;
 use surefoot_shared_types::config::parameters::PARAMETERS;
-use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
+use surefoot_shared_types::config::scenario_source::ScenarioSource;
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
 
 use crate::cli::arguments::ConfigShowArguments;
 use crate::input::shipped::scenario_path;
@@ -21,6 +22,7 @@ struct Configuration {
     scenario: Option<PathBuf>,
     planner: PlannerConfig,
     checker: CheckerConfig,
+    execution: ExecutionConfig,
     lines: BTreeMap<String, usize>,
 }
 
@@ -37,19 +39,20 @@ pub fn run(arguments: &ConfigShowArguments) -> Result<CommandOutcome, CommandErr
 
 fn configuration(scenario: Option<&Path>) -> Result<Configuration, CommandError> {
     let scenario = scenario.map(scenario_path).transpose()?;
-    let (planner, checker, lines) = match &scenario {
+    let (planner, checker, execution, lines) = match &scenario {
         Some(path) => {
-            let loaded = load_scenario(path)?;
-            (loaded.planner, loaded.checker, parameter_lines(path)?)
+            let source = ScenarioSource::read(path)?;
+            let loaded = scenario_of(&source)?;
+            (loaded.planner, loaded.checker, loaded.execution, parameter_lines(&source)?)
         }
         None => Default::default(),
     };
-    Ok(Configuration { scenario, planner, checker, lines })
+    Ok(Configuration { scenario, planner, checker, execution, lines })
 }
 
 impl Configuration {
     fn value(&self, parameter: &Parameter) -> Value {
-        (parameter.value)(&self.planner, &self.checker)
+        (parameter.value)(&self.planner, &self.checker, &self.execution)
     }
 
     /// The scenario file and the line, or `default`.
@@ -110,6 +113,7 @@ fn number(value: Value) -> serde_json::Value {
     match value {
         Value::Count(count) => count.into(),
         Value::Real(number) => number.into(),
+        Value::Name(name) => name.into(),
     }
 }
 
@@ -131,5 +135,6 @@ fn range(range: Range) -> serde_json::Value {
                 "max": max, "max_included": max_included,
             })
         }
+        Range::Names(names) => json!({ "names": names }),
     }
 }

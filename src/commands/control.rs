@@ -20,12 +20,13 @@ use crate::cli::arguments::ControlArguments;
 use crate::commands::control::chunk_handler::ChunkHandler;
 use crate::commands::control::simulated::Simulated;
 use crate::commands::session::prepare_process;
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{CheckSummary, Refusal, RoleEvent};
 use crate::report::liveness;
 use crate::report::reporter::Reporter;
 use crate::system::instance::enter_instance;
+use crate::system::signals;
 
 /// Longest time that the last feedback is repeated for a planner that stays connected.
 const LINGER_TIME_MAX: Duration = Duration::from_secs(10);
@@ -36,7 +37,9 @@ const LINGER_TIME_MAX: Duration = Duration::from_secs(10);
 /// An input cannot be used, the transport fails, or a signal comes.
 pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError> {
     prepare_process(&arguments.role);
+    CommandError::unless_limited()?;
     let mut controller = Controller::open(arguments)?;
+    let _deferral = signals::defer();
     controller.reporter.emit(&RoleEvent::ControllerReady)?;
     controller.run()
 }
@@ -52,7 +55,8 @@ struct Controller {
 
 impl Controller {
     fn open(arguments: &ControlArguments) -> Result<Self, CommandError> {
-        let Inputs { scenario, model, world } = Inputs::load(&arguments.scenario, arguments.seed)?;
+        let overrides = Overrides { seed: arguments.seed, motion: arguments.motion };
+        let Inputs { scenario, model, world, .. } = Inputs::load(&arguments.scenario, overrides)?;
         let id = random_id();
         let identity = Identity {
             controller_id: id,
@@ -102,7 +106,12 @@ impl Controller {
                     ended = self.receive()?;
                     continue;
                 }
-                StreamEnd::Stopped => return Err(CommandError::interrupted()),
+                StreamEnd::Stopped => {
+                    if self.subscriber.feedback().next_sequence > 0 {
+                        self.report(None)?;
+                    }
+                    return Err(CommandError::interrupted());
+                }
             };
             let is_refused = refusal.is_some();
             self.report(refusal)?;

@@ -26,7 +26,8 @@ const REPEAT_SECONDS: f64 = 0.02;
 /// When the instance does not exist, no planner answers, the request cannot be met, or a signal
 /// comes.
 pub fn run(arguments: &RequestArguments) -> Result<CommandOutcome, CommandError> {
-    signals::install();
+    CommandError::unless_limited()?;
+    let _deferral = signals::defer();
     let participant = Participant::open(&Instance::attach(&arguments.instance)?)?;
     let mut client = RequestClient::open(participant, random_id())?;
     let request = client.stamp(&request_of(arguments));

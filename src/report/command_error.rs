@@ -12,6 +12,7 @@ use surefoot_shared_types::world::correction::CorrectionError;
 
 use crate::picture::PictureError;
 use crate::report::role::Role;
+use crate::system::limits::{self, OPEN_FILES_MIN};
 use crate::system::signals;
 
 /// The outcome of a completed command.
@@ -139,6 +140,12 @@ pub enum CommandError {
         /// How many.
         missing: usize,
     },
+    /// The system permits too few open files for shared memory.
+    #[error("open files: the limit is {limit}, {OPEN_FILES_MIN} are needed; run 'ulimit -n 1024'")]
+    OpenFiles {
+        /// The limit.
+        limit: u64,
+    },
     /// The supervisor that reads this role's events is gone.
     #[error("no process reads this role's events any more: {0}")]
     ReportsClosed(std::io::Error),
@@ -151,6 +158,22 @@ impl CommandError {
     /// The error of a command that a signal ends.
     pub fn interrupted() -> Self {
         Self::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))
+    }
+
+    /// An error if a signal has asked for the end.
+    ///
+    /// # Errors
+    /// When one has.
+    pub fn unless_interrupted() -> Result<(), Self> {
+        signals::raised().map_or(Ok(()), |signal| Err(Self::Interrupted(signal)))
+    }
+
+    /// An error if the limits of this process are too low for shared memory.
+    ///
+    /// # Errors
+    /// When they are.
+    pub fn unless_limited() -> Result<(), Self> {
+        limits::too_few_open_files().map_or(Ok(()), |limit| Err(Self::OpenFiles { limit }))
     }
 
     /// Whether the transport failed in a way that a restart of the process may repair.
@@ -177,6 +200,11 @@ impl CommandError {
         }
     }
 
+    /// Whether an output of the run cannot be written.
+    pub fn is_output(&self) -> bool {
+        matches!(self, Self::Output { .. })
+    }
+
     /// The outcome's name in reports, if a run that had begun ended in this.
     pub fn name(&self) -> Option<&'static str> {
         match self {
@@ -185,6 +213,7 @@ impl CommandError {
             Self::Role { role: Role::Controller, .. }
             | Self::EndedEarly { role: Role::Controller, .. } => Some("controller_failed"),
             Self::ControllerLost => Some("controller_lost"),
+            Self::Interrupted(_) => Some("interrupted"),
             _ => None,
         }
     }

@@ -159,6 +159,8 @@ pub enum PlanResult {
     StartInvalid,
     /// A goal where the robot cannot stand.
     GoalInvalid,
+    /// A signal came first.
+    Stopped,
 }
 
 impl From<&Outcome> for PlanResult {

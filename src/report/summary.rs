@@ -147,10 +147,14 @@ fn search(report: &Report) -> String {
 
 fn chunks(report: &Report) -> String {
     let chunks = &report.chunks;
+    let in_flight = match chunks.in_flight {
+        0 => String::new(),
+        number => format!(", {number} on their way"),
+    };
     let checked =
         report.check_seconds.map(|time| format!(", checked in {time:.3} s")).unwrap_or_default();
     format!(
-        "{} sent, {} accepted, {} lost, {} duplicated{checked}",
+        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{checked}",
         chunks.sent, chunks.accepted, chunks.lost, chunks.duplicated
     )
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
 use crate::report::role::Role;
-use crate::supervisor::process::{Process, ProcessOutput};
+use crate::supervisor::process::{GRACE_SECONDS, Process, ProcessOutput};
 use crate::system::clock::Stopwatch;
 use crate::system::signals;
 
@@ -88,6 +88,21 @@ impl RoleProcesses {
                 return Ok(event);
             }
             self.kill_silent();
+        }
+    }
+
+    /// Asks all processes to end, and passes on what they report until they have.
+    pub(crate) fn end(&mut self, on_event: &mut dyn FnMut(&RoleEvent)) {
+        self.processes.iter().for_each(|process| process.process.ask_to_end());
+        let watch = Stopwatch::start();
+        let mut running = self.processes.len();
+        while running > 0 && watch.seconds() < GRACE_SECONDS {
+            match self.receiver.recv_timeout(POLL_INTERVAL) {
+                Ok((_, ProcessOutput::Event(RoleEvent::Alive | RoleEvent::Failed { .. }))) => {}
+                Ok((_, ProcessOutput::Event(event))) => on_event(&event),
+                Ok((_, ProcessOutput::Closed)) => running -= 1,
+                Ok((_, ProcessOutput::NonEvent(_))) | Err(_) => {}
+            }
         }
     }
 

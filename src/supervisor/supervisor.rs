@@ -90,7 +90,15 @@ impl<'a> Supervisor<'a> {
     pub fn run(mut self) -> Result<(), CommandError> {
         let mut stage = Stage::Start;
         while stage != Stage::Over {
-            stage = next(stage, self.step(stage)?);
+            stage = match self.step(stage) {
+                Ok(event) => next(stage, event),
+                Err(error) => {
+                    if matches!(error, CommandError::Interrupted(_)) {
+                        self.processes.end(self.on_event);
+                    }
+                    return Err(error);
+                }
+            };
         }
         Ok(())
     }

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #define SUREFOOT_JOINTS_MAX 48
+#define SUREFOOT_ROOT_FREEDOMS 6
 #define SUREFOOT_CHUNK_WAYPOINTS_MAX 32
 #define SUREFOOT_CONTACTS_MAX 4
 #define SUREFOOT_POLYGON_VERTICES_MAX 16
@@ -14,19 +15,29 @@
 
 typedef struct { uint8_t bytes[32]; } surefoot_Digest;
 
-#define SUREFOOT_WAYPOINT_TYPE_NAME "surefoot.Waypoint.v1"
-#define SUREFOOT_WAYPOINT_LAYOUT "692f60eacc1a6302"
+#define SUREFOOT_WAYPOINT_TYPE_NAME "surefoot.Waypoint.v2"
+#define SUREFOOT_WAYPOINT_LAYOUT "0b0042223c607ae0"
 typedef struct {
     double time;
     double root_position[3];
     double root_rotation[4];
     double q[SUREFOOT_JOINTS_MAX];
+    double root_velocity[SUREFOOT_ROOT_FREEDOMS];
+    double joint_velocity[SUREFOOT_JOINTS_MAX];
+    double root_acceleration[SUREFOOT_ROOT_FREEDOMS];
+    double joint_acceleration[SUREFOOT_JOINTS_MAX];
+    double torque[SUREFOOT_JOINTS_MAX];
 } surefoot_Waypoint;
-static_assert(sizeof(surefoot_Waypoint) == 448, "size");
+static_assert(sizeof(surefoot_Waypoint) == 1696, "size");
 static_assert(offsetof(surefoot_Waypoint, time) == 0, "offset");
 static_assert(offsetof(surefoot_Waypoint, root_position) == 8, "offset");
 static_assert(offsetof(surefoot_Waypoint, root_rotation) == 32, "offset");
 static_assert(offsetof(surefoot_Waypoint, q) == 64, "offset");
+static_assert(offsetof(surefoot_Waypoint, root_velocity) == 448, "offset");
+static_assert(offsetof(surefoot_Waypoint, joint_velocity) == 496, "offset");
+static_assert(offsetof(surefoot_Waypoint, root_acceleration) == 880, "offset");
+static_assert(offsetof(surefoot_Waypoint, joint_acceleration) == 928, "offset");
+static_assert(offsetof(surefoot_Waypoint, torque) == 1312, "offset");
 
 #define SUREFOOT_CONTACT_TYPE_NAME "surefoot.Contact.v1"
 #define SUREFOOT_CONTACT_LAYOUT "93de07947c76db00"
@@ -44,8 +55,8 @@ static_assert(offsetof(surefoot_Contact, position) == 8, "offset");
 static_assert(offsetof(surefoot_Contact, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_Contact, polygon) == 64, "offset");
 
-#define SUREFOOT_PLAN_CHUNK_TYPE_NAME "surefoot.PlanChunk.v1"
-#define SUREFOOT_PLAN_CHUNK_LAYOUT "ae492c86045d616f"
+#define SUREFOOT_PLAN_CHUNK_TYPE_NAME "surefoot.PlanChunk.v2"
+#define SUREFOOT_PLAN_CHUNK_LAYOUT "829b34067a814b71"
 typedef struct {
     uint64_t schema;
     uint64_t session;
@@ -59,6 +70,10 @@ typedef struct {
     uint32_t waypoints_len;
     uint32_t joints_len;
     uint32_t crc;
+    uint64_t interpolation;
+    double brake_at;
+    double brake_duration;
+    double resume_duration;
     surefoot_Digest robot;
     surefoot_Digest world;
     surefoot_Digest config;
@@ -66,7 +81,7 @@ typedef struct {
     surefoot_Contact contacts[SUREFOOT_CONTACTS_MAX];
     surefoot_Waypoint waypoints[SUREFOOT_CHUNK_WAYPOINTS_MAX];
 } surefoot_PlanChunk;
-static_assert(sizeof(surefoot_PlanChunk) == 15816, "size");
+static_assert(sizeof(surefoot_PlanChunk) == 55784, "size");
 static_assert(offsetof(surefoot_PlanChunk, schema) == 0, "offset");
 static_assert(offsetof(surefoot_PlanChunk, session) == 8, "offset");
 static_assert(offsetof(surefoot_PlanChunk, target_controller) == 16, "offset");
@@ -79,12 +94,16 @@ static_assert(offsetof(surefoot_PlanChunk, contacts_len) == 56, "offset");
 static_assert(offsetof(surefoot_PlanChunk, waypoints_len) == 60, "offset");
 static_assert(offsetof(surefoot_PlanChunk, joints_len) == 64, "offset");
 static_assert(offsetof(surefoot_PlanChunk, crc) == 68, "offset");
-static_assert(offsetof(surefoot_PlanChunk, robot) == 72, "offset");
-static_assert(offsetof(surefoot_PlanChunk, world) == 104, "offset");
-static_assert(offsetof(surefoot_PlanChunk, config) == 136, "offset");
-static_assert(offsetof(surefoot_PlanChunk, stream) == 168, "offset");
-static_assert(offsetof(surefoot_PlanChunk, contacts) == 200, "offset");
-static_assert(offsetof(surefoot_PlanChunk, waypoints) == 1480, "offset");
+static_assert(offsetof(surefoot_PlanChunk, interpolation) == 72, "offset");
+static_assert(offsetof(surefoot_PlanChunk, brake_at) == 80, "offset");
+static_assert(offsetof(surefoot_PlanChunk, brake_duration) == 88, "offset");
+static_assert(offsetof(surefoot_PlanChunk, resume_duration) == 96, "offset");
+static_assert(offsetof(surefoot_PlanChunk, robot) == 104, "offset");
+static_assert(offsetof(surefoot_PlanChunk, world) == 136, "offset");
+static_assert(offsetof(surefoot_PlanChunk, config) == 168, "offset");
+static_assert(offsetof(surefoot_PlanChunk, stream) == 200, "offset");
+static_assert(offsetof(surefoot_PlanChunk, contacts) == 232, "offset");
+static_assert(offsetof(surefoot_PlanChunk, waypoints) == 1512, "offset");
 
 #define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v1"
 #define SUREFOOT_MARGINS_LAYOUT "babb94a9813dc304"
@@ -105,18 +124,18 @@ static_assert(offsetof(surefoot_Margins, self_collision) == 32, "offset");
 static_assert(offsetof(surefoot_Margins, torque) == 40, "offset");
 
 #define SUREFOOT_REST_STATE_TYPE_NAME "surefoot.RestState.v1"
-#define SUREFOOT_REST_STATE_LAYOUT "7bcc833a9657f302"
+#define SUREFOOT_REST_STATE_LAYOUT "18665aaa3ee316ab"
 typedef struct {
     uint32_t mode;
     uint32_t contacts_len;
     surefoot_Waypoint waypoint;
     surefoot_Contact contacts[SUREFOOT_CONTACTS_MAX];
 } surefoot_RestState;
-static_assert(sizeof(surefoot_RestState) == 1736, "size");
+static_assert(sizeof(surefoot_RestState) == 2984, "size");
 static_assert(offsetof(surefoot_RestState, mode) == 0, "offset");
 static_assert(offsetof(surefoot_RestState, contacts_len) == 4, "offset");
 static_assert(offsetof(surefoot_RestState, waypoint) == 8, "offset");
-static_assert(offsetof(surefoot_RestState, contacts) == 456, "offset");
+static_assert(offsetof(surefoot_RestState, contacts) == 1704, "offset");
 
 #define SUREFOOT_WORLD_CORRECTION_TYPE_NAME "surefoot.WorldCorrection.v1"
 #define SUREFOOT_WORLD_CORRECTION_LAYOUT "a26bc66974604ab1"
@@ -135,7 +154,7 @@ static_assert(offsetof(surefoot_WorldCorrection, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_WorldCorrection, half_extents) == 64, "offset");
 
 #define SUREFOOT_FEEDBACK_TYPE_NAME "surefoot.Feedback.v1"
-#define SUREFOOT_FEEDBACK_LAYOUT "5eda6fe14f5328af"
+#define SUREFOOT_FEEDBACK_LAYOUT "2d9a226877e26fec"
 typedef struct {
     uint64_t schema;
     uint64_t controller_id;
@@ -161,7 +180,7 @@ typedef struct {
     surefoot_RestState rest_state;
     surefoot_WorldCorrection corrections[SUREFOOT_CORRECTIONS_MAX];
 } surefoot_Feedback;
-static_assert(sizeof(surefoot_Feedback) == 4752, "size");
+static_assert(sizeof(surefoot_Feedback) == 6000, "size");
 static_assert(offsetof(surefoot_Feedback, schema) == 0, "offset");
 static_assert(offsetof(surefoot_Feedback, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_Feedback, session) == 16, "offset");
@@ -184,7 +203,7 @@ static_assert(offsetof(surefoot_Feedback, crc) == 116, "offset");
 static_assert(offsetof(surefoot_Feedback, stream) == 120, "offset");
 static_assert(offsetof(surefoot_Feedback, margins) == 152, "offset");
 static_assert(offsetof(surefoot_Feedback, rest_state) == 200, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections) == 1936, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections) == 3184, "offset");
 
 #define SUREFOOT_STANCE_POSE_DATA_TYPE_NAME "surefoot.StancePoseData.v1"
 #define SUREFOOT_STANCE_POSE_DATA_LAYOUT "8300c6518c01d2f8"
@@ -267,7 +286,7 @@ static_assert(offsetof(surefoot_FootForce, force) == 8, "offset");
 static_assert(offsetof(surefoot_FootForce, centre) == 32, "offset");
 
 #define SUREFOOT_SIMULATION_STATE_TYPE_NAME "surefoot.SimulationState.v1"
-#define SUREFOOT_SIMULATION_STATE_LAYOUT "d9d9b0e7a644cbcc"
+#define SUREFOOT_SIMULATION_STATE_LAYOUT "9e496c9b43da8f85"
 typedef struct {
     uint64_t schema;
     uint64_t controller_id;
@@ -285,7 +304,7 @@ typedef struct {
     surefoot_FootForce feet[SUREFOOT_CONTACTS_MAX];
     double torques[SUREFOOT_JOINTS_MAX];
 } surefoot_SimulationState;
-static_assert(sizeof(surefoot_SimulationState) == 1160, "size");
+static_assert(sizeof(surefoot_SimulationState) == 2408, "size");
 static_assert(offsetof(surefoot_SimulationState, schema) == 0, "offset");
 static_assert(offsetof(surefoot_SimulationState, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_SimulationState, plan_id) == 16, "offset");
@@ -295,11 +314,11 @@ static_assert(offsetof(surefoot_SimulationState, tick) == 40, "offset");
 static_assert(offsetof(surefoot_SimulationState, mode) == 48, "offset");
 static_assert(offsetof(surefoot_SimulationState, feet_len) == 52, "offset");
 static_assert(offsetof(surefoot_SimulationState, waypoint) == 56, "offset");
-static_assert(offsetof(surefoot_SimulationState, centre_of_mass) == 504, "offset");
-static_assert(offsetof(surefoot_SimulationState, balance_margin) == 528, "offset");
-static_assert(offsetof(surefoot_SimulationState, friction_use) == 536, "offset");
-static_assert(offsetof(surefoot_SimulationState, torque_use) == 544, "offset");
-static_assert(offsetof(surefoot_SimulationState, feet) == 552, "offset");
-static_assert(offsetof(surefoot_SimulationState, torques) == 776, "offset");
+static_assert(offsetof(surefoot_SimulationState, centre_of_mass) == 1752, "offset");
+static_assert(offsetof(surefoot_SimulationState, balance_margin) == 1776, "offset");
+static_assert(offsetof(surefoot_SimulationState, friction_use) == 1784, "offset");
+static_assert(offsetof(surefoot_SimulationState, torque_use) == 1792, "offset");
+static_assert(offsetof(surefoot_SimulationState, feet) == 1800, "offset");
+static_assert(offsetof(surefoot_SimulationState, torques) == 2024, "offset");
 
 #endif

@@ -7,6 +7,7 @@ The attribute `surefoot.layout` of a service must equal the message's LAYOUT.
 import ctypes
 
 JOINTS_MAX = 48
+ROOT_FREEDOMS = 6
 CHUNK_WAYPOINTS_MAX = 32
 CONTACTS_MAX = 4
 POLYGON_VERTICES_MAX = 16
@@ -16,17 +17,22 @@ Digest = ctypes.c_uint8 * 32
 
 
 class Waypoint(ctypes.Structure):
-    LAYOUT = "692f60eacc1a6302"
+    LAYOUT = "0b0042223c607ae0"
     _fields_ = [
         ("time", ctypes.c_double),
         ("root_position", ctypes.c_double * 3),
         ("root_rotation", ctypes.c_double * 4),
         ("q", ctypes.c_double * JOINTS_MAX),
+        ("root_velocity", ctypes.c_double * ROOT_FREEDOMS),
+        ("joint_velocity", ctypes.c_double * JOINTS_MAX),
+        ("root_acceleration", ctypes.c_double * ROOT_FREEDOMS),
+        ("joint_acceleration", ctypes.c_double * JOINTS_MAX),
+        ("torque", ctypes.c_double * JOINTS_MAX),
     ]
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.Waypoint.v1"
+        return "surefoot.Waypoint.v2"
 
 
 class Contact(ctypes.Structure):
@@ -45,7 +51,7 @@ class Contact(ctypes.Structure):
 
 
 class PlanChunk(ctypes.Structure):
-    LAYOUT = "ae492c86045d616f"
+    LAYOUT = "829b34067a814b71"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("session", ctypes.c_uint64),
@@ -59,6 +65,10 @@ class PlanChunk(ctypes.Structure):
         ("waypoints_len", ctypes.c_uint32),
         ("joints_len", ctypes.c_uint32),
         ("crc", ctypes.c_uint32),
+        ("interpolation", ctypes.c_uint64),
+        ("brake_at", ctypes.c_double),
+        ("brake_duration", ctypes.c_double),
+        ("resume_duration", ctypes.c_double),
         ("robot", Digest),
         ("world", Digest),
         ("config", Digest),
@@ -69,7 +79,7 @@ class PlanChunk(ctypes.Structure):
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.PlanChunk.v1"
+        return "surefoot.PlanChunk.v2"
 
 
 class Margins(ctypes.Structure):
@@ -89,7 +99,7 @@ class Margins(ctypes.Structure):
 
 
 class RestState(ctypes.Structure):
-    LAYOUT = "7bcc833a9657f302"
+    LAYOUT = "18665aaa3ee316ab"
     _fields_ = [
         ("mode", ctypes.c_uint32),
         ("contacts_len", ctypes.c_uint32),
@@ -118,7 +128,7 @@ class WorldCorrection(ctypes.Structure):
 
 
 class Feedback(ctypes.Structure):
-    LAYOUT = "5eda6fe14f5328af"
+    LAYOUT = "2d9a226877e26fec"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("controller_id", ctypes.c_uint64),
@@ -219,7 +229,7 @@ class FootForce(ctypes.Structure):
 
 
 class SimulationState(ctypes.Structure):
-    LAYOUT = "d9d9b0e7a644cbcc"
+    LAYOUT = "9e496c9b43da8f85"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("controller_id", ctypes.c_uint64),

@@ -7,9 +7,8 @@
 //! before. The file is written once before it is mapped, so that writing a record allocates
 //! nothing and cannot fail on a full file system. The lock on it allows one controller at a time.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
 
 use memmap2::MmapMut;
 use surefoot_shared_types::base::digest::Digest;
@@ -36,18 +35,9 @@ pub(crate) struct Journal {
 impl Journal {
     /// Opens the journal of an instance and locks it; returns the last controller's record.
     pub(crate) fn open(instance: &Instance) -> Result<(Self, Option<JournalRecord>), ChannelError> {
-        let path = instance.root().join(FILE);
         let failed =
             |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
-        let opened = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .custom_flags(libc::O_NOFOLLOW)
-            .open(&path);
-        let mut file = opened.map_err(failed)?;
+        let mut file = instance.open_file(FILE)?;
         lock(&file)?;
         if file.metadata().map_err(failed)?.len() != 2 * RECORD as u64 {
             file.set_len(0).map_err(failed)?;

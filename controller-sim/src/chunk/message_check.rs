@@ -8,7 +8,9 @@ use surefoot_shared_types::base::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, POLYGON_VERTICES_MAX,
 };
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
+use surefoot_shared_types::message::{
+    Check, Contact, Interpolation, PlanChunk, SupportMode, Waypoint, WithCrc,
+};
 
 use crate::check::segment::Violation;
 use crate::chunk::continuity::{Stance, contacts_match};
@@ -17,6 +19,10 @@ use crate::chunk::continuity::{Stance, contacts_match};
 const NUMBER_MAX: f64 = 1e6;
 /// How far a quaternion's length may be from 1.
 const UNIT_ERROR_MAX: f64 = 1e-6;
+/// The longest ramp of plan time, s.
+const RAMP_SECONDS_MAX: f64 = 20.0;
+/// How far the instant at which the robot stands may lie beyond a chunk's end, s.
+const STOP_ROUNDING_MAX: f64 = 1e-9;
 
 /// A controller's id, and the digests of its robot, world and scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +60,43 @@ pub fn check_message(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Vi
         check_waypoint(waypoint)
             .map_err(|detail| Violation::new(Check::Malformed, index, detail))?;
     }
+    check_motion(chunk).map_err(bad)?;
     Ok(mode)
+}
+
+/// The interpolation, and the ramps of plan time: the robot must stand before the chunk ends.
+fn check_motion(chunk: &PlanChunk) -> Result<(), String> {
+    let interpolation = Interpolation::from_wire(chunk.interpolation)
+        .ok_or_else(|| format!("unknown interpolation {}", chunk.interpolation))?;
+    let PlanChunk { brake_at, brake_duration, resume_duration, .. } = *chunk;
+    let is_ramp = |seconds: f64| (0.0..=RAMP_SECONDS_MAX).contains(&seconds);
+    if !is_ramp(brake_duration) || !is_ramp(resume_duration) {
+        return Err(format!(
+            "ramps of {brake_duration} s and {resume_duration} s, 0 to {RAMP_SECONDS_MAX} s are \
+             possible"
+        ));
+    }
+    let waypoints = chunk.waypoints();
+    let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
+    let stands = brake_at + 0.5 * brake_duration;
+    if !(begin <= stands && stands <= end + STOP_ROUNDING_MAX) {
+        return Err(format!("the robot stands at {stands} s, outside of {begin} to {end} s"));
+    }
+    if interpolation == Interpolation::Linear {
+        return check_rests(chunk);
+    }
+    Ok(())
+}
+
+/// A chunk of straight lines ends at rest, and its waypoints state no velocity.
+fn check_rests(chunk: &PlanChunk) -> Result<(), String> {
+    let is_resting = |waypoint: &Waypoint| waypoint.rates().all(|rate| rate == 0.0);
+    let waypoints = chunk.waypoints();
+    let end = waypoints[waypoints.len() - 1].time;
+    if chunk.brake_at == end && chunk.brake_duration == 0.0 && waypoints.iter().all(is_resting) {
+        return Ok(());
+    }
+    Err("straight lines with velocities, or with a stop before the end".to_owned())
 }
 
 /// Whether a chunk is addressed to this controller and made for its robot, world and scenario.
@@ -115,6 +157,8 @@ fn check_contact(contact: &Contact) -> Result<(), String> {
 fn check_waypoint(waypoint: &Waypoint) -> Result<(), String> {
     let numbers = waypoint.root_position.iter().chain(&waypoint.q).chain([&waypoint.time]);
     check_numbers(numbers, "waypoint")?;
+    let rates: Vec<f64> = waypoint.rates().collect();
+    check_numbers(rates.iter(), "waypoint")?;
     check_unit(waypoint.root_rotation, "waypoint")
 }
 

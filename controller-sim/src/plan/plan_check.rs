@@ -5,7 +5,9 @@ use std::path::Path;
 
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use surefoot_shared_types::base::spatial::Pose;
 use surefoot_shared_types::message::Margins;
+use surefoot_shared_types::message::chunk::ROOT_FREEDOMS;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
 use surefoot_shared_types::plan_file::read::joint_order;
 use surefoot_shared_types::plan_format::blocks::{
@@ -217,7 +219,25 @@ fn waypoint(block: &WaypointBlock, joint_order: &[usize]) -> Waypoint {
     let mut q = [0.0; JOINTS_MAX];
     q.iter_mut().zip(joint_order).for_each(|(position, &place)| *position = block.q[place]);
     let rotation = glam::DQuat::from_array(block.root_quat_xyzw).normalize();
-    Waypoint { time: block.t, root_position: block.root_xyz, root_rotation: rotation.to_array(), q }
+    let root = Pose::from_parts(block.root_xyz.into(), rotation);
+    let mut waypoint = Waypoint::at_rest(block.t, &root, &q);
+    let root_rates = [
+        (&mut waypoint.root_velocity, &block.velocity),
+        (&mut waypoint.root_acceleration, &block.acceleration),
+    ];
+    for (slots, numbers) in root_rates {
+        slots.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = *number);
+    }
+    let joint_rates = [
+        (&mut waypoint.joint_velocity, block.velocity.get(ROOT_FREEDOMS..)),
+        (&mut waypoint.joint_acceleration, block.acceleration.get(ROOT_FREEDOMS..)),
+        (&mut waypoint.torque, block.torque.get(..)),
+    ];
+    for (slots, numbers) in joint_rates {
+        let Some(numbers) = numbers.filter(|numbers| !numbers.is_empty()) else { continue };
+        slots.iter_mut().zip(joint_order).for_each(|(slot, &place)| *slot = numbers[place]);
+    }
+    waypoint
 }
 
 fn phase(model: &RobotModel, block: &PhaseBlock, waypoints: usize) -> Result<Phase, &'static str> {

@@ -80,7 +80,7 @@ impl Problem {
         }
         Ok(Self {
             start: end_block(&model, &scenario.start, START_TOLERANCE),
-            goal: end_block(&model, &scenario.goal, scenario.goal_position_tolerance),
+            goal: end_block(&model, &scenario.goal, scenario.goal_tolerance.position),
             model,
             world: load_world(&scenario.world_path)?,
             config: scenario.checker.clone(),

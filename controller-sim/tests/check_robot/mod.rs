@@ -123,7 +123,8 @@ pub fn world(more: Vec<(&str, Pose, Shape)>) -> World {
 pub fn waypoint(time: f64, shoulder: f64, elbow: f64) -> Waypoint {
     let mut q = [0.0; JOINTS_MAX];
     (q[SHOULDER], q[ELBOW]) = (shoulder, elbow);
-    Waypoint { time, root_position: [0., 0., 0.9], root_rotation: [0., 0., 0., 1.], q }
+    let root = Pose::from_parts(DVec3::new(0., 0., 0.9), glam::DQuat::IDENTITY);
+    Waypoint::at_rest(time, &root, &q)
 }
 
 /// The arm swinging at a constant speed, `count` waypoints.

@@ -43,8 +43,8 @@ impl EndpointStage {
             rest_state: None,
             retrace: Retrace::default(),
             com_margin: scenario.checker.com_margin,
-            position_tolerance: scenario.goal_position_tolerance,
-            yaw_tolerance: scenario.goal_yaw_tolerance,
+            position_tolerance: scenario.goal_tolerance.position,
+            yaw_tolerance: scenario.goal_tolerance.yaw,
         }
     }
 

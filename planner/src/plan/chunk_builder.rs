@@ -4,7 +4,7 @@
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
 
 use crate::base::arena::zeroed;
 use crate::base::capacity::ArenaFull;
@@ -133,7 +133,7 @@ impl ChunkBuilder {
     pub fn append_reversed(&mut self, executed: &PlanChunk) -> Result<(), ArenaFull> {
         let at = self.written;
         self.reserve(executed.waypoints().len() - 1, 1)?;
-        let waypoints = executed.waypoints().iter().rev().copied();
+        let waypoints = executed.waypoints().iter().rev().map(Waypoint::rested);
         write(
             &mut self.chunks[at],
             (&self.provenance, &self.timing),
@@ -204,10 +204,11 @@ impl ChunkBuilder {
 }
 
 impl FinalizedStream {
-    /// Completes a chunk and its digest.
+    /// Completes a chunk and its digest. It ends at rest.
     fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
         self.time = accumulate(&mut chunk.waypoints[..used], self.time);
+        chunk.brake_at = self.time;
         (chunk.plan_id, chunk.epoch, chunk.sequence) =
             (self.plan_id, self.epoch, self.count as u64);
         chunk.flags |= if self.count == 0 { FLAG_FIRST } else { 0 };
@@ -252,6 +253,7 @@ fn write(
 ) {
     (chunk.schema, chunk.mode, chunk.joints_len) =
         (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
+    chunk.interpolation = Interpolation::Linear as u64;
     (chunk.robot, chunk.world, chunk.config) =
         (provenance.robot, provenance.world, provenance.config);
     for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
@@ -268,13 +270,7 @@ fn write(
 
 /// The waypoint of a configuration. Its time is set when the chunk is finalized.
 fn waypoint(configuration: &Configuration) -> Waypoint {
-    let pose = &configuration.world_from_root;
-    Waypoint {
-        time: 0.0,
-        root_position: pose.translation.to_array(),
-        root_rotation: pose.rotation.to_array(),
-        q: configuration.q,
-    }
+    Waypoint::at_rest(0.0, &configuration.world_from_root, &configuration.q)
 }
 
 /// The contact of a foothold.

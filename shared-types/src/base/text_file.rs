@@ -48,8 +48,17 @@ impl FileLocation {
 impl TextFile {
     /// Reads a whole UTF-8 file of at most `bytes_max` bytes.
     pub(crate) fn read(path: &Path, bytes_max: u64) -> Result<Self, InputError> {
-        let bytes =
-            read_bytes(path, bytes_max).map_err(|message| InputError::file(path, message))?;
+        Self::read_any(path, bytes_max, false)
+    }
+
+    /// As [`Self::read`]; a pipe or a device is read to its end if `is_piped`.
+    pub(crate) fn read_any(
+        path: &Path,
+        bytes_max: u64,
+        is_piped: bool,
+    ) -> Result<Self, InputError> {
+        let bytes = if is_piped { read_open(path, bytes_max) } else { read_bytes(path, bytes_max) };
+        let bytes = bytes.map_err(|message| InputError::file(path, message))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             InputError::file(path, "is not UTF-8 text").at_line(line_at(valid, valid.len()))
@@ -81,10 +90,23 @@ impl TextFile {
 
 /// Reads a regular file of at most `bytes_max` bytes.
 pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String> {
-    let unreadable = |error: std::io::Error| format!("cannot be read: {error}");
-    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+    let found = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
+    if found.is_dir() {
+        return Err("is a folder; name a file in it".into());
+    }
+    if !found.is_file() {
         return Err("is not a regular file".into());
     }
+    read_open(path, bytes_max)
+}
+
+fn unreadable(error: &std::io::Error) -> String {
+    format!("cannot be read: {error}")
+}
+
+/// Reads what `path` gives until its end, at most `bytes_max` bytes.
+fn read_open(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String> {
+    let unreadable = |error: std::io::Error| unreadable(&error);
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(unreadable)?;
     file.take(bytes_max + 1).read_to_end(&mut bytes).map_err(unreadable)?;
@@ -102,6 +124,12 @@ pub(crate) fn absolute(path: &Path) -> PathBuf {
         (Some(folder), Some(name)) => folder.join(name),
         _ => lexical,
     }
+}
+
+/// The folder of a file; `.` for a name alone.
+pub fn folder_of(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.map_or_else(|| PathBuf::from("."), Path::to_owned)
 }
 
 /// The absolute path `target` relative to the absolute path `folder`, with forward slashes.

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use crate::base::digest::Digest;
 use crate::base::text_file::{check_numbers, check_positive};
+use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
-use crate::config::scenario::{Scenario, StancePose};
+use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
 use crate::config::validation::check_relations;
 
 /// A parameter that is out of range, or at odds with another one.
@@ -35,6 +36,8 @@ pub struct ScenarioContent {
     pub planner: PlannerConfig,
     /// The checker's tolerances.
     pub checker: CheckerConfig,
+    /// The parameters of the motion.
+    pub execution: ExecutionConfig,
 }
 
 impl ScenarioContent {
@@ -53,7 +56,7 @@ impl ScenarioContent {
         ] {
             check_positive("it", &[value]).map_err(|problem| error(parameter, problem))?;
         }
-        check_relations(&self.planner, &self.checker)
+        check_relations(&self.planner, &self.checker, &self.execution)
             .map_err(|(parameter, problem)| ScenarioError { parameter, problem })?;
         let scenario = Scenario {
             name: String::new(),
@@ -62,11 +65,14 @@ impl ScenarioContent {
             world_path: PathBuf::new(),
             start: self.start,
             goal: self.goal,
-            goal_position_tolerance: self.goal_position_tolerance,
-            goal_yaw_tolerance: self.goal_yaw_tolerance,
+            goal_tolerance: GoalTolerance {
+                position: self.goal_position_tolerance,
+                yaw: self.goal_yaw_tolerance,
+            },
             seed: self.seed,
             planner: self.planner,
             checker: self.checker,
+            execution: self.execution,
             digest: Digest::default(),
         };
         Ok(scenario.with_seed(self.seed))
@@ -100,6 +106,7 @@ mod tests {
             seed: 1,
             planner: PlannerConfig::default(),
             checker: CheckerConfig::default(),
+            execution: ExecutionConfig::default(),
         }
     }
 

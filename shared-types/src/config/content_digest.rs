@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use crate::base::digest::Digest;
+use crate::config::execution::{ExecutionConfig, MotionKind};
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{Scenario, StancePose};
 
@@ -16,6 +17,7 @@ struct Content<'a> {
     goal_yaw_tolerance: f64,
     planner: &'a PlannerConfig,
     checker: &'a CheckerConfig,
+    execution: &'a ExecutionConfig,
 }
 
 #[derive(Serialize)]
@@ -37,6 +39,13 @@ impl Scenario {
         let scenario = Self { seed, ..self };
         Self { digest: content_digest(&scenario), ..scenario }
     }
+
+    /// The same scenario with another motion and the digest of the result.
+    pub fn with_motion(self, motion: MotionKind) -> Self {
+        let execution = ExecutionConfig { motion, ..self.execution };
+        let scenario = Self { execution, ..self };
+        Self { digest: content_digest(&scenario), ..scenario }
+    }
 }
 
 /// The digest of a scenario's content. Names and paths do not count.
@@ -45,10 +54,11 @@ fn content_digest(scenario: &Scenario) -> Digest {
         seed: scenario.seed,
         start: (&scenario.start).into(),
         goal: (&scenario.goal).into(),
-        goal_position_tolerance: scenario.goal_position_tolerance,
-        goal_yaw_tolerance: scenario.goal_yaw_tolerance,
+        goal_position_tolerance: scenario.goal_tolerance.position,
+        goal_yaw_tolerance: scenario.goal_tolerance.yaw,
         planner: &scenario.planner,
         checker: &scenario.checker,
+        execution: &scenario.execution,
     };
     let bytes = serde_json::to_vec(&content).expect("a struct of numbers has a JSON form");
     Digest::of(&[&bytes])

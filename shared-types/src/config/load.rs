@@ -7,9 +7,11 @@ use toml::Spanned;
 
 use crate::base::digest::Digest;
 use crate::base::input_error::InputError;
-use crate::base::text_file::{TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
+use crate::base::text_file::{TextFile, check_numbers, check_positive};
+use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
-use crate::config::scenario::{Scenario, StancePose};
+use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
+use crate::config::scenario_source::ScenarioSource;
 use crate::config::validation::check_relations;
 
 #[derive(Deserialize)]
@@ -23,6 +25,7 @@ struct RawScenario {
     goal: Spanned<RawGoal>,
     planner: Option<Spanned<PlannerConfig>>,
     checker: Option<Spanned<CheckerConfig>>,
+    execution: Option<Spanned<ExecutionConfig>>,
 }
 
 #[derive(Deserialize)]
@@ -53,20 +56,29 @@ struct RawGoal {
 ///
 /// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and
 /// `[goal]` (`xyz` in m, `yaw` in rad, `stance_width` in m; the goal also `position_tolerance` in m
-/// and `yaw_tolerance` in rad), and optionally `[planner]` ([`PlannerConfig`]) and `[checker]`
-/// ([`CheckerConfig`]). The files of the robot and the world are not opened.
+/// and `yaw_tolerance` in rad), and optionally `[planner]` ([`PlannerConfig`]), `[checker]`
+/// ([`CheckerConfig`]) and `[execution]` ([`ExecutionConfig`]). The files of the robot and the
+/// world are not opened.
 ///
 /// # Errors
 /// The file cannot be read, a number is out of range, or a margin of the planner is not strictly
 /// stronger than the checker's tolerance.
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
-    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
+    scenario_of(&ScenarioSource::read(path)?)
+}
+
+/// As [`load_scenario`], of a text that was read already.
+///
+/// # Errors
+/// As [`load_scenario`].
+pub fn scenario_of(source: &ScenarioSource) -> Result<Scenario, InputError> {
+    let ScenarioSource { file: source, folder, .. } = source;
+    let path = &source.path;
     let raw: RawScenario = source.parse_toml()?;
-    let start = start_stance(&raw.start, &source)?;
-    let goal = goal_stance(&raw.goal, &source)?;
-    let (planner, checker) = configs(raw.planner, raw.checker, &source)?;
+    let start = start_stance(&raw.start, source)?;
+    let goal = goal_stance(&raw.goal, source)?;
+    let (planner, checker, execution) = configs(raw.planner, raw.checker, raw.execution, source)?;
     let raw_goal = raw.goal.into_inner();
-    let folder = path.parent().unwrap_or(Path::new(""));
     let scenario = Scenario {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),
@@ -74,11 +86,14 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
         world_path: folder.join(raw.world),
         start,
         goal,
-        goal_position_tolerance: raw_goal.position_tolerance,
-        goal_yaw_tolerance: raw_goal.yaw_tolerance,
+        goal_tolerance: GoalTolerance {
+            position: raw_goal.position_tolerance,
+            yaw: raw_goal.yaw_tolerance,
+        },
         seed: raw.seed,
         planner,
         checker,
+        execution,
         digest: Digest::default(),
     };
     Ok(scenario.with_seed(raw.seed))
@@ -101,23 +116,30 @@ fn goal_stance(goal: &Spanned<RawGoal>, source: &TextFile) -> Result<StancePose,
     stance().map_err(|message: String| source.location(goal.span().start).error("[goal]", message))
 }
 
-/// Both tables with their defaults. An error names the table of the parameter, or the other one if
+/// All tables with their defaults. An error names the table of the parameter, or another one if
 /// that table does not exist.
 fn configs(
     planner: Option<Spanned<PlannerConfig>>,
     checker: Option<Spanned<CheckerConfig>>,
+    execution: Option<Spanned<ExecutionConfig>>,
     source: &TextFile,
-) -> Result<(PlannerConfig, CheckerConfig), InputError> {
+) -> Result<(PlannerConfig, CheckerConfig, ExecutionConfig), InputError> {
     let planner_start = planner.as_ref().map(|table| table.span().start);
     let checker_start = checker.as_ref().map(|table| table.span().start);
+    let execution_start = execution.as_ref().map(|table| table.span().start);
     let planner = planner.map(Spanned::into_inner).unwrap_or_default();
     let checker = checker.map(Spanned::into_inner).unwrap_or_default();
-    check_relations(&planner, &checker).map_err(|(field, message)| {
-        let own = if field.starts_with("checker.") { checker_start } else { planner_start };
+    let execution = execution.map(Spanned::into_inner).unwrap_or_default();
+    check_relations(&planner, &checker, &execution).map_err(|(field, message)| {
+        let own = match field.split_once('.') {
+            Some(("checker", _)) => checker_start,
+            Some(("execution", _)) => execution_start,
+            _ => planner_start,
+        };
         let start = own.or(planner_start).or(checker_start).unwrap_or(0);
         source.location(start).error(field, message)
     })?;
-    Ok((planner, checker))
+    Ok((planner, checker, execution))
 }
 
 fn stance_pose(xyz: [f64; 3], yaw: f64, stance_width: f64) -> Result<StancePose, String> {

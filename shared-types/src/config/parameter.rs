@@ -3,9 +3,10 @@
 use std::fmt;
 use std::ops::Bound::{self, Excluded, Included, Unbounded};
 
+use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 
-/// A parameter of a scenario's `[planner]` or `[checker]` table.
+/// A parameter of a scenario's `[planner]`, `[checker]` or `[execution]` table.
 #[derive(Debug, Clone, Copy)]
 pub struct Parameter {
     /// The table and the key, such as `planner.work_max`.
@@ -21,13 +22,14 @@ pub struct Parameter {
     /// Where the default comes from.
     pub source: &'static str,
     /// Reads the parameter out of its table.
-    pub value: fn(&PlannerConfig, &CheckerConfig) -> Value,
+    pub value: fn(&PlannerConfig, &CheckerConfig, &ExecutionConfig) -> Value,
 }
 
 impl Parameter {
     /// The default.
     pub fn default_value(&self) -> Value {
-        (self.value)(&PlannerConfig::default(), &CheckerConfig::default())
+        let (planner, checker, execution) = Default::default();
+        (self.value)(&planner, &checker, &execution)
     }
 
     /// The table and the key of the parameter within it.
@@ -43,6 +45,8 @@ pub enum Value {
     Count(u64),
     /// A real number.
     Real(f64),
+    /// One of several names.
+    Name(&'static str),
 }
 
 impl Value {
@@ -51,7 +55,7 @@ impl Value {
     pub fn rounded(self) -> Self {
         match self {
             Self::Real(number) => Self::Real(format!("{number:.5e}").parse().unwrap_or(number)),
-            Self::Count(_) => self,
+            Self::Count(_) | Self::Name(_) => self,
         }
     }
 }
@@ -61,6 +65,7 @@ impl fmt::Display for Value {
         match self {
             Self::Count(count) => count.fmt(formatter),
             Self::Real(number) => number.fmt(formatter),
+            Self::Name(name) => name.fmt(formatter),
         }
     }
 }
@@ -82,6 +87,8 @@ pub enum Range {
         /// The upper end.
         high: Bound<f64>,
     },
+    /// One of these names.
+    Names(&'static [&'static str]),
 }
 
 impl Range {
@@ -92,6 +99,7 @@ impl Range {
             (Self::Reals { low, high }, Value::Real(number)) => {
                 std::ops::RangeBounds::contains(&(low, high), &number)
             }
+            (Self::Names(names), Value::Name(name)) => names.contains(&name),
             _ => false,
         }
     }
@@ -104,6 +112,7 @@ impl fmt::Display for Range {
             Self::Counts { least, most: u64::MAX } => return write!(formatter, "at least {least}"),
             Self::Counts { least, most } => return write!(formatter, "between {least} and {most}"),
             Self::Reals { low, high } => (low.map(rounded), high.map(rounded)),
+            Self::Names(names) => return write!(formatter, "{}", names.join(" or ")),
         };
         match (low, high) {
             (Included(low), Included(high)) => write!(formatter, "between {low} and {high}"),

@@ -1,32 +1,35 @@
 //! The lines of a scenario file that set parameters.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
 
 use crate::base::input_error::InputError;
-use crate::base::text_file::{TEXT_BYTES_MAX, TextFile};
+use crate::config::scenario_source::ScenarioSource;
 
-/// Both tables, with the position of each value in the file.
+/// The tables, with the position of each value in the file.
 #[derive(Deserialize)]
 struct Tables {
     #[serde(default)]
     planner: BTreeMap<String, Spanned<toml::Value>>,
     #[serde(default)]
     checker: BTreeMap<String, Spanned<toml::Value>>,
+    #[serde(default)]
+    execution: BTreeMap<String, Spanned<toml::Value>>,
 }
 
 /// The line of each parameter that a scenario file sets, by name, such as `planner.work_max`.
 ///
 /// # Errors
-/// The file cannot be read, or is not TOML.
-pub fn parameter_lines(path: &Path) -> Result<BTreeMap<String, usize>, InputError> {
-    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
-    let Tables { planner, checker } = source.parse_toml()?;
-    let planner = planner.into_iter().map(|(key, value)| (format!("planner.{key}"), value));
-    let checker = checker.into_iter().map(|(key, value)| (format!("checker.{key}"), value));
-    let lines = planner.chain(checker).map(|(name, value)| (name, source.line(value.span().start)));
+/// It is not TOML.
+pub fn parameter_lines(source: &ScenarioSource) -> Result<BTreeMap<String, usize>, InputError> {
+    let source = &source.file;
+    let Tables { planner, checker, execution } = source.parse_toml()?;
+    let tables = [("planner", planner), ("checker", checker), ("execution", execution)];
+    let lines = tables.into_iter().flat_map(|(table, values)| {
+        let line = |value: &Spanned<toml::Value>| source.line(value.span().start);
+        values.into_iter().map(move |(key, value)| (format!("{table}.{key}"), line(&value)))
+    });
     Ok(lines.collect())
 }

@@ -1,13 +1,16 @@
-//! The settable parameters: the fields of [`PlannerConfig`] and [`CheckerConfig`] with unit,
-//! effect, range and source. `docs/PARAMETERS.md` and `surefoot config show` are made from this
-//! table, and the loader of scenarios enforces its ranges.
+//! The settable parameters: the fields of [`PlannerConfig`], [`CheckerConfig`] and
+//! [`ExecutionConfig`] with unit, effect, range and source. `docs/PARAMETERS.md` and
+//! `surefoot config show` are made from this table, and the loader of scenarios enforces its
+//! ranges.
 //!
 //! [`PlannerConfig`]: crate::config::planner::PlannerConfig
 //! [`CheckerConfig`]: crate::config::planner::CheckerConfig
+//! [`ExecutionConfig`]: crate::config::execution::ExecutionConfig
 
 use std::ops::Bound::{self, Excluded, Included};
 
 use crate::base::text_file::NUMBER_MAX;
+use crate::config::execution::MotionKind;
 use crate::config::parameter::{Parameter, Range, Value};
 use crate::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX, FOOT_DRIFT_MAX, FOOT_TURN_MAX};
 
@@ -27,7 +30,7 @@ const fn reals(low: Bound<f64>, high: Bound<f64>) -> Range {
 
 /// All parameters, in the order of the fields. Relations between two parameters narrow the ranges
 /// further.
-pub static PARAMETERS: [Parameter; 26] = [
+pub static PARAMETERS: [Parameter; 28] = [
     Parameter {
         name: "planner.work_max",
         unit: "work units",
@@ -36,7 +39,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: counts(1, u64::MAX),
         relation: "",
         source: "chosen by measurement; no record",
-        value: |planner, _| Value::Count(planner.work_max),
+        value: |planner, _, _| Value::Count(planner.work_max),
     },
     Parameter {
         name: "planner.tree_vertices_max",
@@ -45,7 +48,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: counts(2, 1 << 18),
         relation: "",
         source: "chosen by measurement; no record. Range: the arena fits into a few GiB",
-        value: |planner, _| Value::Count(planner.tree_vertices_max.into()),
+        value: |planner, _, _| Value::Count(planner.tree_vertices_max.into()),
     },
     Parameter {
         name: "planner.footholds_max",
@@ -54,7 +57,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: counts(2, 1 << 20),
         relation: "",
         source: "chosen by measurement; no record. Range: the arena fits into a few GiB",
-        value: |planner, _| Value::Count(planner.footholds_max.into()),
+        value: |planner, _, _| Value::Count(planner.footholds_max.into()),
     },
     Parameter {
         name: "planner.transitions_max",
@@ -63,7 +66,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: counts(2, 1 << 24),
         relation: "",
         source: "chosen by measurement; no record. Range: the arena fits into a few GiB",
-        value: |planner, _| Value::Count(planner.transitions_max.into()),
+        value: |planner, _, _| Value::Count(planner.transitions_max.into()),
     },
     Parameter {
         name: "planner.configurations_max",
@@ -73,7 +76,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: counts(2, 1 << 20),
         relation: "",
         source: "chosen by measurement; no record. Range: the arena fits into a few GiB",
-        value: |planner, _| Value::Count(planner.configurations_max.into()),
+        value: |planner, _, _| Value::Count(planner.configurations_max.into()),
     },
     Parameter {
         name: "planner.waypoints_max",
@@ -82,7 +85,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: counts(2, 1 << 21),
         relation: "",
         source: "chosen by measurement; no record. Range: the arena fits into a few GiB",
-        value: |planner, _| Value::Count(planner.waypoints_max.into()),
+        value: |planner, _, _| Value::Count(planner.waypoints_max.into()),
     },
     Parameter {
         name: "planner.step_removal_rounds_max",
@@ -92,7 +95,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: counts(0, u32::MAX as u64),
         relation: "",
         source: "method: Grey 4.4.6; value: chosen by measurement; no record",
-        value: |planner, _| Value::Count(planner.step_removal_rounds_max.into()),
+        value: |planner, _, _| Value::Count(planner.step_removal_rounds_max.into()),
     },
     Parameter {
         name: "planner.shortcut_work_share",
@@ -102,7 +105,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(0.0), Included(NUMBER_MAX)),
         relation: "",
         source: "method: Grey 4.4.6; value: chosen by measurement; no record",
-        value: |planner, _| Value::Real(planner.shortcut_work_share),
+        value: |planner, _, _| Value::Real(planner.shortcut_work_share),
     },
     Parameter {
         name: "planner.clearance",
@@ -113,7 +116,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         relation: "above half of planner.collision_step",
         source: "decision 0003: at most 5 mm from a sample, so 6 mm there leave 1 mm between two \
             samples",
-        value: |planner, _| Value::Real(planner.clearance),
+        value: |planner, _, _| Value::Real(planner.clearance),
     },
     Parameter {
         name: "planner.com_margin",
@@ -123,7 +126,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: POSITIVE,
         relation: "above checker.com_margin",
         source: "decision 0003: a robot with compliant joints sways by about 1 cm",
-        value: |planner, _| Value::Real(planner.com_margin),
+        value: |planner, _, _| Value::Real(planner.com_margin),
     },
     Parameter {
         name: "planner.effort_share",
@@ -132,7 +135,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Excluded(0.0), Excluded(1.0)),
         relation: "below checker.effort_share",
         source: "decision 0003: a fifth is reserved for effects outside the quasi-static model",
-        value: |planner, _| Value::Real(planner.effort_share),
+        value: |planner, _, _| Value::Real(planner.effort_share),
     },
     Parameter {
         name: "planner.joint_margin",
@@ -141,7 +144,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(0.0), Included(0.5)),
         relation: "",
         source: "decision 0003 lists the value without a reason; chosen by measurement",
-        value: |planner, _| Value::Real(planner.joint_margin),
+        value: |planner, _, _| Value::Real(planner.joint_margin),
     },
     Parameter {
         name: "planner.waypoint_joint_step",
@@ -150,7 +153,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(STEP_MIN), Excluded(NUMBER_MAX)),
         relation: "below checker.joint_step_max",
         source: "decision 0003 lists the value without a reason; chosen by measurement",
-        value: |planner, _| Value::Real(planner.waypoint_joint_step),
+        value: |planner, _, _| Value::Real(planner.waypoint_joint_step),
     },
     Parameter {
         name: "planner.collision_step",
@@ -159,7 +162,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(STEP_MIN), Included(NUMBER_MAX)),
         relation: "below twice planner.clearance",
         source: "decision 0003, with `planner.clearance`",
-        value: |planner, _| Value::Real(planner.collision_step),
+        value: |planner, _, _| Value::Real(planner.collision_step),
     },
     Parameter {
         name: "planner.support_area_min",
@@ -170,7 +173,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         relation: "above checker.support_area_min",
         source: "a lower bound: Grey 4.1.2; value: decision 0003, a quarter of the reference \
             robot's sole",
-        value: |planner, _| Value::Real(planner.support_area_min),
+        value: |planner, _, _| Value::Real(planner.support_area_min),
     },
     Parameter {
         name: "planner.route_vertex_spacing",
@@ -179,7 +182,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(0.02), Included(NUMBER_MAX)),
         relation: "",
         source: "method: Grey 4.4.4; value: chosen by measurement; no record",
-        value: |planner, _| Value::Real(planner.route_vertex_spacing),
+        value: |planner, _, _| Value::Real(planner.route_vertex_spacing),
     },
     Parameter {
         name: "checker.foot_position_max",
@@ -188,7 +191,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Excluded(FOOT_DRIFT_MAX), Included(NUMBER_MAX)),
         relation: "above the tolerance of the planner",
         source: "decision 0003: twice the drift that the planner allows",
-        value: |_, checker| Value::Real(checker.foot_position_max),
+        value: |_, checker, _| Value::Real(checker.foot_position_max),
     },
     Parameter {
         name: "checker.foot_rotation_max",
@@ -197,7 +200,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Excluded(FOOT_TURN_MAX), Included(NUMBER_MAX)),
         relation: "above the tolerance of the planner",
         source: "decision 0003: about twice the rotation that the planner allows",
-        value: |_, checker| Value::Real(checker.foot_rotation_max),
+        value: |_, checker, _| Value::Real(checker.foot_rotation_max),
     },
     Parameter {
         name: "checker.contact_gap_max",
@@ -207,7 +210,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Excluded(CONTACT_GAP_MAX), Included(NUMBER_MAX)),
         relation: "above the tolerance of the planner",
         source: "docs/CHECKER.md lists the value without a reason",
-        value: |_, checker| Value::Real(checker.contact_gap_max),
+        value: |_, checker, _| Value::Real(checker.contact_gap_max),
     },
     Parameter {
         name: "checker.contact_tilt_max",
@@ -216,7 +219,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Excluded(CONTACT_TILT_MAX), Included(NUMBER_MAX)),
         relation: "above the tolerance of the planner",
         source: "docs/CHECKER.md lists the value without a reason",
-        value: |_, checker| Value::Real(checker.contact_tilt_max),
+        value: |_, checker, _| Value::Real(checker.contact_tilt_max),
     },
     Parameter {
         name: "checker.support_area_min",
@@ -225,7 +228,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(0.0), Excluded(NUMBER_MAX)),
         relation: "below planner.support_area_min",
         source: "decision 0003 lists the value without a reason; chosen by measurement",
-        value: |_, checker| Value::Real(checker.support_area_min),
+        value: |_, checker, _| Value::Real(checker.support_area_min),
     },
     Parameter {
         name: "checker.penetration_max",
@@ -234,7 +237,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(0.0), Included(NUMBER_MAX)),
         relation: "",
         source: "decision 0003, with `planner.clearance`, lists the value without a reason",
-        value: |_, checker| Value::Real(checker.penetration_max),
+        value: |_, checker, _| Value::Real(checker.penetration_max),
     },
     Parameter {
         name: "checker.com_margin",
@@ -243,7 +246,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Included(0.0), Excluded(NUMBER_MAX)),
         relation: "below planner.com_margin",
         source: "ours: half of the sway of a robot with compliant joints",
-        value: |_, checker| Value::Real(checker.com_margin),
+        source: "docs/CHECKER.md lists the value without a reason",
     },
     Parameter {
         name: "checker.effort_share",
@@ -252,7 +255,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Excluded(0.0), Included(1.0)),
         relation: "above planner.effort_share",
         source: "ours: a twentieth is reserved for errors of the robot's masses",
-        value: |_, checker| Value::Real(checker.effort_share),
+        source: "docs/CHECKER.md lists the value without a reason",
     },
     Parameter {
         name: "checker.joint_step_max",
@@ -261,7 +264,7 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: reals(Excluded(STEP_MIN), Included(NUMBER_MAX)),
         relation: "above planner.waypoint_joint_step",
         source: "decision 0003 lists the value without a reason; chosen by measurement",
-        value: |_, checker| Value::Real(checker.joint_step_max),
+        value: |_, checker, _| Value::Real(checker.joint_step_max),
     },
     Parameter {
         name: "checker.root_step_max",
@@ -270,6 +273,27 @@ pub static PARAMETERS: [Parameter; 26] = [
         range: POSITIVE,
         relation: "",
         source: "docs/CHECKER.md lists the value without a reason",
-        value: |_, checker| Value::Real(checker.root_step_max),
+        value: |_, checker, _| Value::Real(checker.root_step_max),
+    },
+    Parameter {
+        name: "execution.motion",
+        unit: "",
+        effect: "How the plan moves: `quasi_static` in straight lines at slow speeds, with a rest \
+            at the end of every chunk; `smooth` with continuous accelerations, as fast as the \
+            limits allow.",
+        range: Range::Names(&MotionKind::NAMES),
+        relation: "",
+        source: "both stand in a physical replay at their own times; the default is the slower one",
+        value: |_, _, execution| Value::Name(execution.motion.name()),
+    },
+    Parameter {
+        name: "execution.share",
+        unit: "",
+        effect: "Largest share of the limits of joint speed and effort that a smooth motion uses.",
+        range: reals(Excluded(0.0), Included(1.0)),
+        relation: "",
+        source: "replays in MuJoCo: at 0.8 a PD controller with feed-forward keeps the robot \
+            standing",
+        value: |_, _, execution| Value::Real(execution.share),
     },
 ];

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::base::digest::Digest;
 use crate::base::spatial::{Pose, rotation_about};
+use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 
 /// A validated scenario. Its paths are resolved against the scenario file's folder.
@@ -23,18 +24,27 @@ pub struct Scenario {
     pub start: StancePose,
     /// Stance at the goal.
     pub goal: StancePose,
-    /// Largest distance of a sole frame from its goal pose, m.
-    pub goal_position_tolerance: f64,
-    /// Largest heading error of a sole at the goal, rad.
-    pub goal_yaw_tolerance: f64,
+    /// How far the soles may be from their goal poses.
+    pub goal_tolerance: GoalTolerance,
     /// The seed of all random streams.
     pub seed: u64,
     /// The planner's parameters.
     pub planner: PlannerConfig,
     /// The checker's tolerances.
     pub checker: CheckerConfig,
+    /// The parameters of the motion.
+    pub execution: ExecutionConfig,
     /// Digest of all fields above that change a plan; not of names and paths.
     pub digest: Digest,
+}
+
+/// How far the soles may be from their goal poses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GoalTolerance {
+    /// Largest distance of a sole frame from its goal pose, m.
+    pub position: f64,
+    /// Largest heading error of a sole at the goal, rad.
+    pub yaw: f64,
 }
 
 /// A stance: both soles side by side on level ground.

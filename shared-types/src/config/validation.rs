@@ -1,5 +1,6 @@
 //! Ranges of the parameters, and the relations between the planner's and the checker's.
 
+use crate::config::execution::ExecutionConfig;
 use crate::config::parameter::{Parameter, Value};
 use crate::config::parameters::PARAMETERS;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
@@ -12,14 +13,19 @@ type FieldError = (String, String);
 pub(crate) fn check_relations(
     planner: &PlannerConfig,
     checker: &CheckerConfig,
+    execution: &ExecutionConfig,
 ) -> Result<(), FieldError> {
-    check_ranges(planner, checker)?;
+    check_ranges(planner, checker, execution)?;
     check_margins(planner, checker)
 }
 
-fn check_ranges(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(), FieldError> {
+fn check_ranges(
+    planner: &PlannerConfig,
+    checker: &CheckerConfig,
+    execution: &ExecutionConfig,
+) -> Result<(), FieldError> {
     for parameter in &PARAMETERS {
-        let value = (parameter.value)(planner, checker);
+        let value = (parameter.value)(planner, checker, execution);
         if !parameter.range.contains(value) {
             return field_error(parameter.name, range_message(parameter, value));
         }

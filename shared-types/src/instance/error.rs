@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use crate::instance::tuning::MAKING_WAIT_MAX;
 
+/// The folder in which Linux shows POSIX shared memory.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+
 /// Longest name of an instance, bytes.
 pub const NAME_LEN_MAX: usize = 32;
 /// Longest path of a base folder, bytes. iceoryx2 limits its paths, and its folders lie below.
@@ -59,6 +62,14 @@ pub enum InstanceError {
     Path {
         /// The base folder.
         path: PathBuf,
+    },
+    /// Shared memory is missing or read-only.
+    #[error(
+        "shared memory: {SHARED_MEMORY} cannot be written to: {source}; mount a tmpfs there with mode 1777"
+    )]
+    NoSharedMemory {
+        /// The error of the operating system.
+        source: io::Error,
     },
     /// Shared memory is full.
     #[error(

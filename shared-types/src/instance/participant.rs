@@ -7,6 +7,7 @@ use iceoryx2::prelude::{LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
 use crate::instance::making::{Making, MakingLock};
+use crate::instance::management_segment;
 use crate::instance::services::{LATEST, LOSSLESS, RECENT, RequestServices, Service, open_service};
 use crate::instance::unfinished_watch::UnfinishedWatch;
 use crate::instance::wake_pipe::WakePipe;
@@ -52,8 +53,9 @@ impl Participant {
         instance.check_capacity()?;
         let config = instance.config()?;
         let watch = UnfinishedWatch::start(instance)?;
-        let making = MakingLock::open(instance.root())?;
+        let making = MakingLock::open(instance)?;
         let guard = making.acquire(instance.root(), instance.segment_prefix())?;
+        management_segment::ensure(instance.segment_prefix())?;
         let node = NodeBuilder::new()
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)

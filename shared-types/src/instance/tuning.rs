@@ -32,7 +32,7 @@ pub const STATE_BUFFER: usize = 256;
 pub const STATE_POOL: usize = READERS_MAX * (STATE_BUFFER + BORROWED_MAX) + 1 + LOANS_AHEAD;
 /// Shared memory that one process takes at most, KiB: its pool of chunks, its feedback and
 /// iceoryx2's own tables.
-pub(crate) const NEEDED_KIB: u64 = 8 * 1024;
+pub(crate) const NEEDED_KIB: u64 = 12 * 1024;
 
 // Waiting for a peer.
 
@@ -46,6 +46,13 @@ pub(crate) const SPINNING_TIME: Duration = Duration::from_micros(50);
 pub const PEER_POLLING_TIME: Duration = Duration::from_micros(250);
 
 // Opening instances and services.
+
+/// Attempts to create a base folder with a random name.
+pub(crate) const BASE_ATTEMPTS_MAX: usize = 20;
+/// Attempts to lock the folder that holds it, and the pause between them: half a second in all.
+pub(crate) const BASE_LOCK_ATTEMPTS_MAX: usize = 100;
+/// See [`BASE_LOCK_ATTEMPTS_MAX`].
+pub(crate) const BASE_LOCK_PAUSE: Duration = Duration::from_millis(5);
 
 /// Attempts to lock an instance that another process creates or removes.
 pub(crate) const LOCK_ATTEMPTS_MAX: usize = 20;

@@ -10,17 +10,22 @@ use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
 
 /// The layout version in [`PlanChunk::schema`].
-pub const CHUNK_SCHEMA: u64 = 1;
+pub const CHUNK_SCHEMA: u64 = 2;
 /// Flag: the first chunk of its plan.
 pub const FLAG_FIRST: u32 = 1;
 /// Flag: the last chunk of its plan.
 pub const FLAG_LAST: u32 = 2;
 
-/// A configuration of the robot with its time. Between two waypoints the joints and the root
-/// position move linearly, the root rotation along the shortest arc.
+/// The freedoms of the root: position and rotation.
+pub const ROOT_FREEDOMS: usize = 6;
+
+/// A configuration of the robot with its time, velocity, acceleration and torque.
+/// [`Interpolation`] says how the robot moves between two waypoints.
+///
+/// [`Interpolation`]: crate::message::interpolation::Interpolation
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.Waypoint.v1")]
+#[type_name("surefoot.Waypoint.v2")]
 pub struct Waypoint {
     /// Time since the start of the plan, s; strictly increasing.
     pub time: f64,
@@ -30,12 +35,54 @@ pub struct Waypoint {
     pub root_rotation: [f64; 4],
     /// Joint positions in the order of `RobotModel::joints`, rad or m; unused entries are 0.
     pub q: [f64; JOINTS_MAX],
+    /// Velocity of the root's origin (m/s), then the root's angular velocity (rad/s), both along
+    /// the world's axes.
+    pub root_velocity: [f64; ROOT_FREEDOMS],
+    /// Joint velocities, rad/s or m/s; unused entries are 0.
+    pub joint_velocity: [f64; JOINTS_MAX],
+    /// The derivative of `root_velocity`, m/s2 and rad/s2.
+    pub root_acceleration: [f64; ROOT_FREEDOMS],
+    /// Joint accelerations, rad/s2 or m/s2; unused entries are 0.
+    pub joint_acceleration: [f64; JOINTS_MAX],
+    /// Feed-forward joint efforts, N m or N, linear between waypoints; 0 where the plan states
+    /// none.
+    pub torque: [f64; JOINTS_MAX],
 }
 
 impl Waypoint {
+    /// A waypoint at rest, without feed-forward.
+    pub fn at_rest(time: f64, world_from_root: &Pose, q: &[f64; JOINTS_MAX]) -> Self {
+        Self {
+            time,
+            root_position: world_from_root.translation.to_array(),
+            root_rotation: world_from_root.rotation.to_array(),
+            q: *q,
+            ..Self::zeroed()
+        }
+    }
+
+    /// The same time and configuration at rest, without feed-forward.
+    #[must_use]
+    pub fn rested(&self) -> Self {
+        Self {
+            time: self.time,
+            root_position: self.root_position,
+            root_rotation: self.root_rotation,
+            q: self.q,
+            ..Self::zeroed()
+        }
+    }
+
     /// The pose of the root in the world.
     pub fn world_from_root(&self) -> Pose {
         pose_from_parts(self.root_position, self.root_rotation)
+    }
+
+    /// Velocity, acceleration and torque, one number after the other.
+    pub fn rates(&self) -> impl Iterator<Item = f64> + use<> {
+        let root = self.root_velocity.into_iter().chain(self.root_acceleration);
+        let joints = self.joint_velocity.into_iter().chain(self.joint_acceleration);
+        root.chain(joints).chain(self.torque)
     }
 }
 
@@ -98,10 +145,16 @@ impl SupportMode {
 }
 
 /// A part of a plan within one support mode. Its first waypoint repeats the last one of the chunk
-/// before. Every waypoint is statically stable; the robot may stop after any chunk.
+/// before. Every waypoint is statically stable. The robot may stop along the chunk's path.
+///
+/// The controller walks plan time at a rate: normally 1 s of the plan each second. If the next
+/// chunk is not accepted when plan time reaches `brake_at`, the rate falls to 0 over
+/// `brake_duration`, and the robot stands half of `brake_duration` of plan time later, within the
+/// chunk. If the next chunk comes after that, the rate rises to 1 over `resume_duration`, across
+/// the chunk's end if need be ([`Ramp`](crate::message::ramp::Ramp)).
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.PlanChunk.v1")]
+#[type_name("surefoot.PlanChunk.v2")]
 pub struct PlanChunk {
     /// [`CHUNK_SCHEMA`].
     pub schema: u64,
@@ -128,6 +181,17 @@ pub struct PlanChunk {
     pub joints_len: u32,
     /// CRC-32 (IEEE) of all bytes of the chunk with this field zero.
     pub crc: u32,
+    /// The [`Interpolation`](crate::message::interpolation::Interpolation) between waypoints, as
+    /// its wire value.
+    pub interpolation: u64,
+    /// The plan time at which the robot brakes if the next chunk is not accepted, s; not before
+    /// that of the chunk before, but maybe before the chunk's first waypoint. The time of the last
+    /// waypoint if the chunk ends at rest.
+    pub brake_at: f64,
+    /// How long the robot brakes, s; 0 if the chunk ends at rest.
+    pub brake_duration: f64,
+    /// How long the robot takes to full speed after it has braked in this chunk, s.
+    pub resume_duration: f64,
     /// Digest of the robot.
     pub robot: Digest,
     /// Digest of the world.
@@ -142,11 +206,11 @@ pub struct PlanChunk {
     pub waypoints: [Waypoint; CHUNK_WAYPOINTS_MAX],
 }
 
-const _: () = assert!(size_of::<Waypoint>() == 64 + 8 * JOINTS_MAX);
+const _: () = assert!(size_of::<Waypoint>() == 64 + 16 * ROOT_FREEDOMS + 32 * JOINTS_MAX);
 const _: () = assert!(size_of::<Contact>() == 64 + 16 * POLYGON_VERTICES_MAX);
 const _: () = assert!(
     size_of::<PlanChunk>()
-        == 200 + CONTACTS_MAX * size_of::<Contact>() + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>()
+        == 232 + CONTACTS_MAX * size_of::<Contact>() + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>()
 );
 
 layout!(Waypoint {
@@ -154,6 +218,11 @@ layout!(Waypoint {
     root_position: [f64; 3],
     root_rotation: [f64; 4],
     q: [f64; JOINTS_MAX],
+    root_velocity: [f64; ROOT_FREEDOMS],
+    joint_velocity: [f64; JOINTS_MAX],
+    root_acceleration: [f64; ROOT_FREEDOMS],
+    joint_acceleration: [f64; JOINTS_MAX],
+    torque: [f64; JOINTS_MAX],
 } with []);
 layout!(Contact {
     limb: u32,
@@ -175,6 +244,10 @@ layout!(PlanChunk {
     waypoints_len: u32,
     joints_len: u32,
     crc: u32,
+    interpolation: u64,
+    brake_at: f64,
+    brake_duration: f64,
+    resume_duration: f64,
     robot: Digest,
     world: Digest,
     config: Digest,

@@ -134,10 +134,12 @@ mod tests {
             ("sequence", 40),
             ("flags", 48),
             ("crc", 68),
-            ("robot", 72),
-            ("stream", 168),
-            ("contacts", 200),
-            ("waypoints", 1480),
+            ("interpolation", 72),
+            ("brake_at", 80),
+            ("robot", 104),
+            ("stream", 200),
+            ("contacts", 232),
+            ("waypoints", 1512),
         ];
         for (name, at) in expected {
             assert_eq!(offset(chunk, name), at, "{name}");
@@ -156,12 +158,12 @@ mod tests {
             ("stream", 120),
             ("margins", 152),
             ("rest_state", 200),
-            ("corrections", 1936),
+            ("corrections", 3184),
         ];
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (15_816, 4752));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6000));
     }
 
     #[test]

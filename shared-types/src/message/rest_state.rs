@@ -69,7 +69,7 @@ impl RestState {
     /// The rest state after a chunk that was executed from this one. `mode` and `contacts` are the
     /// chunk's, `waypoint` is its last one. Lifted limbs keep their last contact.
     pub fn after(&self, mode: u32, contacts: &[Contact], waypoint: &Waypoint) -> Self {
-        let mut next = Self { mode, waypoint: *waypoint, ..*self };
+        let mut next = Self { mode, waypoint: waypoint.rested(), ..*self };
         for contact in contacts {
             let known = next.contacts().iter().position(|old| old.limb == contact.limb);
             let index = known.unwrap_or(next.contacts_len as usize);
@@ -93,6 +93,7 @@ impl RestState {
             && SupportMode::from_wire(self.mode).is_some()
             && self.waypoint.time.is_finite()
             && numbers.into_iter().all(|x| x.is_finite())
+            && self.waypoint.rates().all(f64::is_finite)
             && (!self.is_known() || is_rotation(self.waypoint.root_rotation))
             && self.contacts().iter().all(|contact| self.is_well_formed_contact(contact))
     }

@@ -96,7 +96,7 @@ impl SimulationState {
         let Self { waypoint, centre_of_mass, balance_margin, friction_use, torque_use, .. } = self;
         let pose =
             [waypoint.time].into_iter().chain(waypoint.root_position).chain(waypoint.root_rotation);
-        let body = pose.chain(waypoint.q).chain(*centre_of_mass).chain([
+        let body = pose.chain(waypoint.q).chain(waypoint.rates()).chain(*centre_of_mass).chain([
             *balance_margin,
             *friction_use,
             *torque_use,

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::base::text_file::{check_numbers, check_positive};
+use crate::message::chunk::ROOT_FREEDOMS;
 use crate::plan_format::blocks::{
     EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, WaypointBlock,
 };
@@ -71,7 +72,7 @@ fn check_waypoints(plan: &PlanFile) -> Result<(), ElementError> {
             .map_err(|message| (format!("waypoint {at}"), message))?;
         before = waypoint.t;
     }
-    Ok(())
+    check_uniform(&plan.waypoints)
 }
 
 fn check_waypoint(waypoint: &WaypointBlock, before: f64, joints: usize) -> Result<(), String> {
@@ -79,7 +80,41 @@ fn check_waypoint(waypoint: &WaypointBlock, before: f64, joints: usize) -> Resul
     if waypoint.t <= before {
         return Err(format!("t is {} after {before}; time must increase", waypoint.t));
     }
-    check_configuration(waypoint.root_xyz, waypoint.root_quat_xyzw, &waypoint.q, joints)
+    check_configuration(waypoint.root_xyz, waypoint.root_quat_xyzw, &waypoint.q, joints)?;
+    check_rates(waypoint, joints)
+}
+
+fn check_rates(waypoint: &WaypointBlock, joints: usize) -> Result<(), String> {
+    let rates = [
+        ("velocity", &waypoint.velocity, ROOT_FREEDOMS + joints),
+        ("acceleration", &waypoint.acceleration, ROOT_FREEDOMS + joints),
+        ("torque", &waypoint.torque, joints),
+    ];
+    for (name, numbers, count) in rates {
+        if !numbers.is_empty() && numbers.len() != count {
+            return Err(format!("{name} has {} numbers instead of {count}", numbers.len()));
+        }
+        check_numbers(name, numbers)?;
+    }
+    if waypoint.velocity.is_empty() == waypoint.acceleration.is_empty() {
+        return Ok(());
+    }
+    Err("velocity and acceleration are needed together: a motion is straight or quintic".into())
+}
+
+/// Velocity, acceleration and torque each stand in every waypoint or in none.
+fn check_uniform(waypoints: &[WaypointBlock]) -> Result<(), ElementError> {
+    let has = |waypoint: &WaypointBlock| {
+        [waypoint.velocity.is_empty(), waypoint.torque.is_empty()].map(|is_empty| !is_empty)
+    };
+    let Some(first) = waypoints.first().map(has) else { return Ok(()) };
+    match waypoints.iter().position(|waypoint| has(waypoint) != first) {
+        None => Ok(()),
+        Some(at) => Err((
+            format!("waypoint {at}"),
+            "velocity and torque stand in every waypoint or in none".into(),
+        )),
+    }
 }
 
 fn check_configuration(

@@ -1,5 +1,6 @@
 //! Reads, checks and writes plan files.
 
 pub(crate) mod check;
+pub mod ramps;
 pub mod read;
 pub mod write;

@@ -1,8 +1,6 @@
 //! Writes plan files.
 
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
@@ -10,13 +8,14 @@ use glam::{DQuat, DVec3};
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::text_file::relative_to;
+use crate::base::whole_file;
 use crate::config::scenario::{Scenario, StancePose};
 use crate::geometry::shape::{MeshSource, Shape};
-use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
+use crate::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
 use crate::plan_file::check::check_plan;
 use crate::plan_format::blocks::{
-    ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA,
-    SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
+    ChunkBlock, ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock,
+    SCHEMA, SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };
 use crate::robot::model::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
 use crate::world::world::{World, WorldShape};
@@ -42,7 +41,7 @@ pub fn plan_from_chunks(
         .canonicalize()
         .or_else(|_| std::path::absolute(plan_dir))
         .unwrap_or_else(|_| plan_dir.to_owned());
-    let (waypoints, phases) = motion(robot, chunks);
+    let MotionBlocks { waypoints, phases, chunks: chunk_blocks } = motion(robot, chunks);
     PlanFile {
         schema: SCHEMA.to_owned(),
         robot: robot_block(robot, &plan_dir),
@@ -53,61 +52,91 @@ pub fn plan_from_chunks(
         joint_names: robot.joints.iter().map(|joint| joint.name.clone()).collect(),
         waypoints,
         phases,
+        chunks: chunk_blocks,
         start: start_block(robot, scenario, chunks),
-        goal: end_block(robot, &scenario.goal, scenario.goal_position_tolerance),
+        goal: end_block(robot, &scenario.goal, scenario.goal_tolerance.position),
     }
 }
 
-/// Saves a plan file atomically: writes a temporary file beside it and renames that.
+/// Saves a plan file, completely or not at all.
 ///
 /// # Errors
 /// The plan violates a rule of the format, or the file cannot be written.
 pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
+    whole_file::write(path, &text_of(plan, path)?)
+        .map_err(|reason| InputError::file(path, format!("cannot be written: {reason}")))
+}
+
+/// The text of a plan file; `path` is where it is saved, for errors.
+///
+/// # Errors
+/// The plan violates a rule of the format.
+pub fn text_of(plan: &PlanFile, path: &Path) -> Result<Vec<u8>, InputError> {
     check_plan(plan).map_err(|(element, message)| InputError::element(path, element, message))?;
-    check_mesh_files(plan).map_err(|(name, message)| InputError::element(path, name, message))?;
-    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
-        return Err(InputError::file(path, "is not the name of a file"));
-    };
-    let part = folder.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let written = write_whole(plan, &part).and_then(|()| std::fs::rename(&part, path));
-    written.map_err(|error| {
-        let _ = std::fs::remove_file(&part);
-        InputError::file(path, format!("cannot be written: {error}"))
-    })
+    check_file_names(plan).map_err(|(name, message)| InputError::element(path, name, message))?;
+    let mut text =
+        serde_json::to_vec(plan).map_err(|error| InputError::file(path, error.to_string()))?;
+    text.push(b'\n');
+    Ok(text)
 }
 
-/// A plan file names the files of its meshes: a mesh in memory has none.
-fn check_mesh_files(plan: &PlanFile) -> Result<(), (String, String)> {
-    let has_no_file = |shape: &&SceneShapeBlock| match &shape.shape {
-        ShapeBlock::Mesh { path, .. } => path.is_empty(),
-        _ => false,
-    };
-    plan.scene.shapes.iter().find(has_no_file).map_or(Ok(()), |shape| {
-        let message =
-            "is a mesh in memory; save it as an STL or OBJ file and load the world from there";
-        Err((format!("shape '{}'", shape.name), message.to_owned()))
-    })
+/// Checks that a plan file can name the URDF and the files of the meshes: a mesh in memory has
+/// none, and a name that is no UTF-8 cannot be written.
+///
+/// # Errors
+/// The element, and why it cannot.
+pub fn check_file_names(plan: &PlanFile) -> Result<(), (String, String)> {
+    check_name(&plan.robot.urdf).map_err(|message| ("robot.urdf".to_owned(), message))?;
+    for shape in &plan.scene.shapes {
+        if let ShapeBlock::Mesh { path, .. } = &shape.shape {
+            let named = if path.is_empty() {
+                Err("is a mesh in memory; save it as an STL or OBJ file and load the world from \
+                     there"
+                    .to_owned())
+            } else {
+                check_name(path)
+            };
+            named.map_err(|message| (format!("shape '{}'", shape.name), message))?;
+        }
+    }
+    Ok(())
 }
 
-fn write_whole(plan: &PlanFile, path: &Path) -> std::io::Result<()> {
-    let mut writer =
-        BufWriter::new(OpenOptions::new().write(true).create(true).truncate(true).open(path)?);
-    serde_json::to_writer(&mut writer, plan)?;
-    writer.write_all(b"\n")?;
-    let file: File = writer.into_inner().map_err(|error| error.into_error())?;
-    file.sync_all()
+/// [`relative_to`] puts the replacement character where a name is no UTF-8.
+fn check_name(path: &str) -> Result<(), String> {
+    match path.contains(char::REPLACEMENT_CHARACTER) {
+        true => Err(format!("the path '{path}' is no UTF-8 text; rename the file or its folder")),
+        false => Ok(()),
+    }
 }
 
-fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<PhaseBlock>) {
+/// The motion of a plan as it stands in the file.
+struct MotionBlocks {
+    waypoints: Vec<WaypointBlock>,
+    phases: Vec<PhaseBlock>,
+    chunks: Vec<ChunkBlock>,
+}
+
+fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> MotionBlocks {
+    let is_quintic = |chunk: &PlanChunk| chunk.interpolation == Interpolation::Quintic as u64;
+    let is_smooth = chunks.iter().any(is_quintic);
     let mut waypoints: Vec<WaypointBlock> = Vec::new();
     let mut phases: Vec<PhaseBlock> = Vec::new();
+    let mut blocks: Vec<ChunkBlock> = Vec::new();
     for chunk in chunks {
         let first = waypoints.len().saturating_sub(1);
         let repeated = usize::from(!waypoints.is_empty());
         waypoints.extend(
-            chunk.waypoints().iter().skip(repeated).map(|waypoint| waypoint_block(waypoint, robot)),
+            chunk
+                .waypoints()
+                .iter()
+                .skip(repeated)
+                .map(|waypoint| waypoint_block(waypoint, robot, is_smooth)),
         );
         let last = waypoints.len().saturating_sub(1);
+        if is_smooth {
+            blocks.push(chunk_block(chunk, first, last));
+        }
         let mode = SupportMode::from_wire(chunk.mode).map_or("unknown", SupportMode::name);
         let contacts: Vec<_> =
             chunk.contacts().iter().map(|contact| contact_block(contact, robot)).collect();
@@ -116,13 +145,48 @@ fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<
             _ => phases.push(PhaseBlock { first, last, mode: mode.to_owned(), contacts }),
         }
     }
-    (waypoints, phases)
+    MotionBlocks { waypoints, phases, chunks: blocks }
 }
 
-fn waypoint_block(waypoint: &Waypoint, robot: &RobotModel) -> WaypointBlock {
+fn chunk_block(chunk: &PlanChunk, first: usize, last: usize) -> ChunkBlock {
+    let PlanChunk { brake_at, brake_duration, resume_duration, .. } = *chunk;
+    ChunkBlock { first, last, brake_at, brake_duration, resume_duration }
+}
+
+fn waypoint_block(waypoint: &Waypoint, robot: &RobotModel, is_smooth: bool) -> WaypointBlock {
     let (root_xyz, root_quat_xyzw) = root_pose(waypoint, robot);
-    let q = waypoint.q.iter().take(robot.joints.len()).copied().collect();
-    WaypointBlock { t: waypoint.time, root_xyz, root_quat_xyzw, q }
+    let joints = robot.joints.len();
+    let mut block = WaypointBlock {
+        t: waypoint.time,
+        root_xyz,
+        root_quat_xyzw,
+        q: waypoint.q[..joints].to_vec(),
+        velocity: vec![],
+        acceleration: vec![],
+        torque: vec![],
+    };
+    if is_smooth {
+        let (velocity, acceleration) = urdf_root_rates(waypoint, robot);
+        block.velocity = [&velocity, &waypoint.joint_velocity[..joints]].concat();
+        block.acceleration = [&acceleration, &waypoint.joint_acceleration[..joints]].concat();
+        block.torque = waypoint.torque[..joints].to_vec();
+    }
+    block
+}
+
+/// Velocity and acceleration of the origin of the URDF's root link, and the root's angular ones.
+fn urdf_root_rates(waypoint: &Waypoint, robot: &RobotModel) -> ([f64; 6], [f64; 6]) {
+    let offset = waypoint.world_from_root().rotation * robot.root_from_urdf_root().translation;
+    let split = |rates: &[f64; 6]| {
+        (DVec3::new(rates[0], rates[1], rates[2]), DVec3::new(rates[3], rates[4], rates[5]))
+    };
+    let (velocity, omega) = split(&waypoint.root_velocity);
+    let (acceleration, alpha) = split(&waypoint.root_acceleration);
+    let joined = |linear: DVec3, angular: DVec3| {
+        [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+    };
+    let of_origin = acceleration + alpha.cross(offset) + omega.cross(omega.cross(offset));
+    (joined(velocity + omega.cross(offset), omega), joined(of_origin, alpha))
 }
 
 /// Where the URDF's root link is: a plan file knows no other root.

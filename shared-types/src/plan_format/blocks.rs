@@ -22,6 +22,9 @@ pub struct PlanFile {
     pub waypoints: Vec<WaypointBlock>,
     /// The support phases, which cover all waypoints in order.
     pub phases: Vec<PhaseBlock>,
+    /// The chunks of a smooth plan and where the robot may stop in them. Other programs ignore it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub chunks: Vec<ChunkBlock>,
     /// The start.
     pub start: EndBlock,
     /// The goal.
@@ -135,6 +138,32 @@ pub struct WaypointBlock {
     pub root_quat_xyzw: [f64; 4],
     /// Joint positions, rad or m.
     pub q: Vec<f64>,
+    /// Velocity of the root's origin (m/s), angular velocity of the root (rad/s), both along the
+    /// world's axes, then joint velocities. Empty in a plan of straight lines.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity: Vec<f64>,
+    /// The derivative of `velocity`; empty where that is.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub acceleration: Vec<f64>,
+    /// Feed-forward joint efforts, N m or N; empty in a plan without.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub torque: Vec<f64>,
+}
+
+/// A chunk of a smooth plan. The names and meanings are those of
+/// [`PlanChunk`](crate::message::PlanChunk).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChunkBlock {
+    /// Index of the first waypoint.
+    pub first: usize,
+    /// Index of the last waypoint, included.
+    pub last: usize,
+    /// The plan time at which the robot brakes if the next chunk is not accepted, s.
+    pub brake_at: f64,
+    /// How long the robot brakes, s.
+    pub brake_duration: f64,
+    /// How long the robot takes to full speed after it has braked in this chunk, s.
+    pub resume_duration: f64,
 }
 
 /// A range of waypoints with one support mode.

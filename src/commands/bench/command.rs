@@ -16,7 +16,7 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 /// # Errors
 /// When an input cannot be used, an output cannot be written, or a signal comes.
 pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
-    crate::system::signals::install();
+    let _deferral = crate::system::signals::defer();
     match &arguments.bench {
         BenchCommand::Thesis(arguments) => thesis_bench::run(arguments),
         BenchCommand::LowerBound(arguments) => lower_bound::run(arguments),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use surefoot_shared_types::InputError;
 
 use crate::cli::bench_arguments::ScenarioArguments;
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 
 /// Loads the scenarios asked for, or those of these names.
 ///
@@ -15,7 +15,10 @@ pub fn load(arguments: &ScenarioArguments, all: &[&str]) -> Result<Vec<Inputs>, 
     let asked = &arguments.scenarios;
     let names: Vec<&str> =
         if asked.is_empty() { all.into() } else { asked.iter().map(String::as_str).collect() };
-    names.into_iter().map(|name| Inputs::load(&path(&arguments.configs, name), None)).collect()
+    names
+        .into_iter()
+        .map(|name| Inputs::load(&path(&arguments.configs, name), Overrides::default()))
+        .collect()
 }
 
 /// The file of a scenario given by its name or as a file.

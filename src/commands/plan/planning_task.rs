@@ -237,6 +237,7 @@ mod tests {
     use bytemuck::Zeroable;
 
     use super::*;
+    use crate::input::inputs::Overrides;
 
     #[test]
     fn retraced_chunks_are_removed_with_the_chunks_that_they_retrace() {
@@ -285,7 +286,9 @@ mod tests {
 
     #[test]
     fn no_plan_follows_the_last_id() {
-        let inputs = Inputs::load("configs/scenarios/flat_walk.toml".as_ref(), None).unwrap();
+        let inputs =
+            Inputs::load("configs/scenarios/flat_walk.toml".as_ref(), Overrides::default())
+                .unwrap();
         let feedback = |plan_id, epoch| Feedback { plan_id, epoch, ..Feedback::zeroed() };
         let first = PlanningTask::first(&inputs);
         let name = |task: Result<PlanningTask, CommandError>| {

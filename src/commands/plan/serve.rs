@@ -291,6 +291,7 @@ impl Server<'_> {
                 return Ok(Event::Found);
             }
             PlanResult::NoPlan => RequestState::NoPlan,
+            PlanResult::Stopped => RequestState::Cancelled,
             PlanResult::StartInvalid => RequestState::StartInvalid,
             PlanResult::GoalInvalid => RequestState::GoalInvalid,
         };

@@ -13,7 +13,7 @@ use crate::commands::bench::scenarios;
 use crate::commands::bench::table::{aligned, count, seconds};
 use crate::commands::bench::terrain;
 use crate::commands::bench::trial::TrialSetup;
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::{memory, terminal};
@@ -48,7 +48,8 @@ struct ScaleRow {
 pub fn run(arguments: &ScaleArguments) -> Result<CommandOutcome, CommandError> {
     let wants = |part| arguments.part.is_none_or(|only| only == part);
     let gauntlets = if wants(ScalePart::Gauntlet) { load_gauntlets(arguments)? } else { vec![] };
-    let flat = Inputs::load(&scenarios::path(&arguments.configs, "flat_walk"), None)?;
+    let flat =
+        Inputs::load(&scenarios::path(&arguments.configs, "flat_walk"), Overrides::default())?;
     if let Some(folder) = &arguments.out {
         let unwritable = |error: std::io::Error| CommandError::Output {
             path: folder.clone(),
@@ -90,7 +91,10 @@ fn load_gauntlets(arguments: &ScaleArguments) -> Result<Vec<(u64, Inputs)>, Comm
     let load = |size: &u64| {
         Ok((
             *size,
-            Inputs::load(&scenarios::path(&arguments.configs, &format!("gauntlet_{size}")), None)?,
+            Inputs::load(
+                &scenarios::path(&arguments.configs, &format!("gauntlet_{size}")),
+                Overrides::default(),
+            )?,
         ))
     };
     arguments.gauntlets.iter().map(load).collect()
@@ -115,7 +119,8 @@ fn on_terrain(flat: &Inputs, triangles: usize) -> Inputs {
     scenario.name = format!("mesh_terrain_{triangles}");
     (scenario.start.position, scenario.start.yaw) = (start, 0.0);
     (scenario.goal.position, scenario.goal.yaw) = (goal, 0.0);
-    Inputs { scenario, model: flat.model.clone(), world: terrain::mesh_terrain(triangles) }
+    let world = terrain::mesh_terrain(triangles);
+    Inputs { scenario, model: flat.model.clone(), world, piped_scenario: None }
 }
 
 fn row(
