@@ -9,6 +9,9 @@ pub(crate) const SAMPLE_SPACING: f64 = 5e-3;
 pub(crate) const FINE_SAMPLE_SPACING: f64 = 1e-3;
 /// Rays begin this far below the sole or above the underside of the foot, m.
 pub(crate) const RAY_START: f64 = 0.02;
+/// A foot counts as flat where its underside is this near to its sole plane, m: meshes of feet are
+/// simplified by as much, and soles yield.
+pub(crate) const SOLE_FLATNESS: f64 = 1e-3;
 /// Differences of the air under a sole below this one are even ground, m.
 pub(crate) const EVEN_AIR_MAX: f64 = 1e-6;
 /// Samples with this much more air than the least are looked at more closely, m.

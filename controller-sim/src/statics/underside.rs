@@ -13,7 +13,9 @@ use crate::geometry::rays::{Hit, Target};
 use crate::geometry::separation::separation;
 use crate::geometry::solid::{Convex, Core, Solid};
 use crate::statics::error::CheckerError;
-use crate::statics::tuning::{EDGE_PULL, FINE_SAMPLE_SPACING, RAY_START, SAMPLE_SPACING};
+use crate::statics::tuning::{
+    EDGE_PULL, FINE_SAMPLE_SPACING, RAY_START, SAMPLE_SPACING, SOLE_FLATNESS,
+};
 
 /// A point of the declared sole.
 #[derive(Debug, Clone, Copy)]
@@ -126,7 +128,8 @@ impl FineGrid {
     }
 }
 
-/// The height of the lowest shape over the sole plane, by a ray from below it.
+/// The height of the lowest shape over the sole plane, by a ray from below it; 0 within
+/// [`SOLE_FLATNESS`].
 fn height_over(shapes: &[Target], at: DVec2) -> f64 {
     let height = |shape: &Target| match shape.cast(at.extend(-RAY_START), DVec3::Z) {
         Hit::Miss => f64::INFINITY,
@@ -134,6 +137,9 @@ fn height_over(shapes: &[Target], at: DVec2) -> f64 {
         Hit::Surface { distance, .. } => distance - RAY_START,
     };
     let lowest = smallest(shapes.iter().map(height));
+    if is_at_most(lowest.abs(), SOLE_FLATNESS) {
+        return 0.0;
+    }
     if is_at_most(lowest, 2.0 * RAY_START) { lowest } else { f64::INFINITY }
 }
 

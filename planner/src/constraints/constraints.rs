@@ -10,7 +10,7 @@ use crate::collision::model::{CollisionModel, FootPhase, Hit};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::rejection::Rejection;
 use crate::constraints::tuning::{
-    INTERVALS_MIN, LOAD_SHARES, MARGIN_DEPTH_SHARE_MAX, START_MARGIN_LOSS_MAX,
+    COM_MARGIN_RESERVE, INTERVALS_MIN, LOAD_SHARES, MARGIN_DEPTH_SHARE_MAX, START_MARGIN_LOSS_MAX,
 };
 use crate::robot::configuration::{Configuration, midway};
 use crate::robot::gravity_torques::{FootLoad, balance_loads, effort_use};
@@ -45,7 +45,7 @@ impl Constraints {
     /// Margin of the centre of mass inside a mode's region, m: the configured one, less in small
     /// regions, and less for motions from a start that is nearer to the border.
     pub fn com_margin(&self, mode: &Mode) -> f64 {
-        let checked = self.checked_com_margin + self.robot.com_margin_reserve;
+        let checked = self.checked_com_margin + COM_MARGIN_RESERVE;
         let in_small_region = (MARGIN_DEPTH_SHARE_MAX * mode.depth).max(checked);
         let desired = self.config.com_margin.min(in_small_region);
         let Some(StartBalance { com, margin_min }) = mode.start else { return desired };

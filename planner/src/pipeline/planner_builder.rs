@@ -14,6 +14,7 @@ use crate::base::threads::Threads;
 use crate::collision::error::CollisionError;
 use crate::collision::model::CollisionModel;
 use crate::constraints::constraints::Constraints;
+use crate::constraints::tuning::COM_MARGIN_RESERVE;
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use crate::motion::roadmap::Roadmap;
@@ -294,7 +295,7 @@ fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> Fo
         &robot.soles.each_ref().map(|sole| sole.polygon.clone()),
         scenario.planner.support_area_min,
         &scenario.checker,
-        robot.com_margin_reserve,
+        COM_MARGIN_RESERVE,
     );
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {

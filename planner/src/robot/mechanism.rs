@@ -58,10 +58,6 @@ pub struct Mechanism {
     /// The largest height of the centre of mass over a stance sole that is expected, with a
     /// reserve, m: a foot that tilts moves the centre of mass by as much times the tilt.
     pub centre_height: f64,
-    /// The margin of the centre of mass is at least this much larger than the checker's (m), however
-    /// small the support: the checker counts less of an edge of the ground, which the foot may miss,
-    /// and of the rim of an uneven foot.
-    pub com_margin_reserve: f64,
     /// Larger one of both legs' extensions in the standing posture, 0 to 1.
     pub standing_leg_extension: f64,
     /// The joints that carry no foot.
@@ -74,11 +70,7 @@ pub struct Mechanism {
 
 /// The most by which the centre of mass rises over its height in the standing posture, m.
 const CENTRE_RISE_MAX: f64 = 0.1;
-/// The reserve of the margin of the centre of mass of a robot with flat feet, m.
-const COM_MARGIN_RESERVE: f64 = 4e-3;
-/// What is added to it, as a share of the retreat of the soles.
-const RETREAT_SHARE: f64 = 0.3;
-/// Factor of that height: feet and ground that are uneven both tilt a foot farther than either.
+/// Factor of that height, for ground that the planner and the checker sample differently.
 const TILT_RESERVE: f64 = 1.25;
 
 impl Mechanism {
@@ -107,15 +99,12 @@ impl Mechanism {
         let heights =
             legs.each_ref().map(|leg| (leg.root_from_sole(&standing_q).inverse() * standing_com).z);
         let centre_height = TILT_RESERVE * (heights[0].max(heights[1]).max(0.0) + CENTRE_RISE_MAX);
-        let soles = [
-            Sole::new(model, left, ankle_limits(&legs[0]), centre_height),
-            Sole::new(model, right, ankle_limits(&legs[1]), centre_height),
-        ];
-        let retreat = soles[0].retreat.max(soles[1].retreat);
         Ok(Self {
             spheres: body_spheres(model, &tree),
-            soles,
-            com_margin_reserve: COM_MARGIN_RESERVE + RETREAT_SHARE * retreat,
+            soles: [
+                Sole::new(left, ankle_limits(&legs[0])),
+                Sole::new(right, ankle_limits(&legs[1])),
+            ],
             standing_com,
             centre_height,
             standing_leg_extension: legs

@@ -246,7 +246,7 @@ pub static PARAMETERS: [Parameter; 28] = [
         range: reals(Included(0.0), Excluded(NUMBER_MAX)),
         relation: "below planner.com_margin",
         source: "ours: half of the sway of a robot with compliant joints",
-        source: "docs/CHECKER.md lists the value without a reason",
+        value: |_, checker, _| Value::Real(checker.com_margin),
     },
     Parameter {
         name: "checker.effort_share",
@@ -255,7 +255,7 @@ pub static PARAMETERS: [Parameter; 28] = [
         range: reals(Excluded(0.0), Included(1.0)),
         relation: "above planner.effort_share",
         source: "ours: a twentieth is reserved for errors of the robot's masses",
-        source: "docs/CHECKER.md lists the value without a reason",
+        value: |_, checker, _| Value::Real(checker.effort_share),
     },
     Parameter {
         name: "checker.joint_step_max",
