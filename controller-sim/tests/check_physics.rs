@@ -166,7 +166,7 @@ fn a_sole_needs_ground_under_it() {
     refused(
         check_motion(robot(), far, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
         Check::Contact,
-        "0.00 cm2",
+        "3.10 mm off the ground",
     );
 }
 
@@ -213,8 +213,8 @@ fn a_slope_beyond_friction_or_a_tilted_surface_is_no_ground() {
         slope.mu = mu;
         check_motion(robot(), slope, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2))
     };
-    tilted(0.02, 0.6).unwrap();
-    refused(tilted(0.02, 0.019), Check::Contact, "cm2");
+    tilted(0.002, 0.6).unwrap();
+    refused(tilted(0.002, 0.0019), Check::Contact, "cm2");
     refused(tilted(0.15, 0.6), Check::Contact, "");
 }
 

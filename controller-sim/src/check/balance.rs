@@ -28,8 +28,8 @@ pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, c
     1.0 - share(enough)
 }
 
-/// The distance of the centre of mass to the edge of the region, less the most by which it moves when
-/// the stance feet take their declared poses, m.
+/// The distance of the centre of mass to the edge of the region, less the most by which it moves
+/// when the stance feet take their declared poses, m.
 fn margin(region: &Region, (sample, feet): (&Sample, &[StanceFoot])) -> f64 {
     region.margin(sample.centre_of_mass) - largest(feet.iter().map(|foot| foot.shift))
 }

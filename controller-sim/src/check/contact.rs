@@ -45,7 +45,8 @@ fn check_support(
     if !is_at_most(config.support_area_min, support.area) {
         let (area, limit) = (1e4 * support.area, 1e4 * config.support_area_min);
         return bad(format!(
-            "the {foot} sole is supported over {area:.2} cm2 only, at least {limit:.2} cm2 are needed"
+            "the {foot} sole is supported over {area:.2} cm2 only, at least {limit:.2} cm2 are \
+             needed"
         ));
     }
     Ok(())

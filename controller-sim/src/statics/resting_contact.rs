@@ -2,8 +2,8 @@
 //!
 //! A foot rests where the air between its underside and the ground is least. A point with more air
 //! carries only after the foot has tilted towards it, and with the foot the robot tilts: its centre
-//! of mass moves by its height times the tilt. With the tilt `r` towards the direction `e`, the foot
-//! stands on the point `x` with the least `air - r x.e`, and holds all centres of mass up to
+//! of mass moves by its height times the tilt. With the tilt `r` towards the direction `e`, the
+//! foot stands on the point `x` with the least `air - r x.e`, and holds all centres of mass up to
 //! `x.e - height r` along `e`. The best tilt of a list counts, so no more is counted than one of
 //! them holds.
 
@@ -26,8 +26,8 @@ pub(crate) struct AirSample {
     pub(crate) is_carrying: bool,
 }
 
-/// The part of the sole over which a centre of mass at `height` (m) may be, counter-clockwise; fewer
-/// than three vertices where there is none.
+/// The part of the sole over which a centre of mass at `height` (m) may be, counter-clockwise;
+/// fewer than three vertices where there is none.
 pub(crate) fn resting_region(samples: &[AirSample], height: f64) -> Vec<DVec2> {
     let least = samples.iter().map(|sample| sample.air).fold(f64::INFINITY, f64::min);
     let touching: Vec<AirSample> =
@@ -148,7 +148,8 @@ mod tests {
     #[test]
     fn a_log_lower_than_the_centre_of_mass_carries_nothing_and_a_flat_hill_most() {
         let round = |radius: f64| over(move |at| Some(at.x * at.x / (2.0 * radius)));
-        assert!(polygon::area(&resting_region(&round(0.5), HEIGHT)) < 1e-6);
+        // Of the log the grid of 1 mm leaves less than half a millimetre to either side.
+        assert!(polygon::area(&resting_region(&round(0.5), HEIGHT)) < 1e-4);
         // The foot stands at radius x tilt, the centre of mass moves height x tilt.
         let [low, high] = extent(&resting_region(&round(8.0), HEIGHT));
         // Up to the end of the sole, at a tilt of 12.5 mrad.
@@ -178,17 +179,17 @@ mod tests {
     }
 
     #[test]
-    fn what_touches_without_carrying_tips_the_foot() {
+    fn a_rib_tips_the_foot_and_one_that_cannot_carry_leaves_nothing() {
         let mut samples = over(|_| Some(1e-3));
         assert!(polygon::area(&resting_region(&samples, HEIGHT)) > 0.0199);
-        // A steep rib, 1 mm higher, across the middle.
-        samples.iter_mut().filter(|sample| sample.at.x.abs() < 2e-3).for_each(|rib| {
-            (rib.air, rib.is_carrying) = (0.0, false);
-        });
+        let is_rib = |sample: &&mut AirSample| sample.at.x.abs() < 1.5e-3;
+        samples.iter_mut().filter(is_rib).for_each(|rib| rib.air = 0.0);
         let [low, high] = extent(&resting_region(&samples, HEIGHT));
-        // 1 mm over 98 mm: 10.2 mrad.
+        // 1 mm over 99 mm: 10.1 mrad.
         let wanted = 0.1 - HEIGHT * 10.5e-3;
-        assert!((high - wanted).abs() < 1e-3 && (low + wanted).abs() < 1e-3, "{low} {high}");
+        assert!((high - wanted).abs() < 1e-4 && (low + wanted).abs() < 1e-4, "{low} {high}");
+        samples.iter_mut().filter(is_rib).for_each(|rib| rib.is_carrying = false);
+        assert!(resting_region(&samples, HEIGHT).len() < 3);
     }
 
     #[test]

@@ -119,7 +119,7 @@ impl SupportFinder {
     fn measure(&self, limb: usize, world_from_sole: &Pose, height: f64) -> SoleSupport {
         let samples = self.ray_samples(&self.undersides[limb], world_from_sole);
         let deepest = -least_air(&samples);
-        let region = held_region(&samples, height);
+        let region = certain_region(&samples, height);
         let area = polygon::area(&region);
         if region.len() < 3 || area <= 0.0 {
             return SoleSupport { limb, area: 0.0, deepest, points: Vec::new() };
@@ -154,8 +154,8 @@ impl SupportFinder {
     }
 
     /// Measures the most air near each sample. The first samples are those of the grid points
-    /// `indices`. A sample also carries if one as near does: the foot touches a peak from its gentle
-    /// side.
+    /// `indices`. A sample also carries if one as near does: the foot touches a peak from its
+    /// gentle side.
     fn widen(
         &self,
         grid: &FineGrid,
@@ -213,7 +213,7 @@ impl SupportFinder {
 
 /// The part of the sole that holds both where the foot touches all that is near and where it misses
 /// what it may miss.
-fn held_region(samples: &[RaySample], height: f64) -> Vec<DVec2> {
+fn certain_region(samples: &[RaySample], height: f64) -> Vec<DVec2> {
     let region = |air: fn(&RaySample) -> f64| {
         let measured = |sample: &RaySample| AirSample {
             at: sample.point.at,

@@ -24,7 +24,7 @@ pub(crate) const REST_TILT_MIN: f64 = 1e-5;
 pub(crate) const REST_TILT_STEP: f64 = 5e-4;
 /// Number of these tilts after the least; the last one, 22 mrad, is the most of a resting foot.
 pub(crate) const REST_TILTS: u32 = 44;
-/// Directions in which a foot may tilt, besides those of the sides of its contact.
+/// Directions in which a foot may tilt, in addition to those of the sides of its contact.
 pub(crate) const REST_DIRECTIONS: usize = 16;
 /// Heights of the centre of mass over a sole are rounded up to a multiple of this one, m.
 pub(crate) const HEIGHT_STEP: f64 = 0.05;

@@ -34,8 +34,8 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    /// Compiles the constraints and derives the single-support postures. The checker's margin is the
-    /// default one.
+    /// Compiles the constraints and derives the single-support postures. The checker's margin is
+    /// the default one.
     pub fn new(robot: Mechanism, collision: CollisionModel, config: PlannerConfig) -> Self {
         let single_support_postures = [0, 1].map(|limb| SingleSupportPosture::derive(&robot, limb));
         let checked_com_margin = CheckerConfig::default().com_margin;

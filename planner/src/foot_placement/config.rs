@@ -123,8 +123,8 @@ impl FootPlacementConfig {
     }
 
     /// The parameters for a robot's soles (m, each in its sole frame). `required` is the support
-    /// area that the scenario demands, `checked` are the limits of its checker, over whose margin of
-    /// the centre of mass the planner's is larger by `reserve` (m).
+    /// area that the scenario demands, `checked` are the limits of its checker, over whose margin
+    /// of the centre of mass the planner's is larger by `reserve` (m).
     pub(crate) fn for_soles(
         soles: &[Vec<DVec2>],
         required: f64,
