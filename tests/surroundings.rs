@@ -11,6 +11,8 @@ mod absent;
 #[path = "common/command.rs"]
 mod command;
 
+#[path = "surroundings/kinds.rs"]
+mod kinds;
 #[path = "surroundings/limits.rs"]
 mod limits;
 #[path = "surroundings/namespaces.rs"]

@@ -8,7 +8,7 @@ use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
-use crate::system::cores::{THREADS_MAX, default_threads};
+use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;
@@ -180,7 +180,7 @@ pub struct ControlArguments {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
-    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    #[arg(long, value_name = "quasi_static", value_parser = motion)]
     pub motion: Option<MotionKind>,
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
@@ -277,7 +277,8 @@ fn positive(text: &str) -> Result<f64, String> {
 
 fn motion(name: &str) -> Result<MotionKind, String> {
     MotionKind::from_name(name)
-        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
+        .filter(|motion| MotionKind::PLANNED.contains(&motion.name()))
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::PLANNED.join(", ")))
 }
 
 /// `surefoot monitor`.
@@ -352,10 +353,11 @@ pub struct SearchArguments {
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// How the plan moves, instead of the scenario's: in straight lines with rests, or smoothly
-    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    /// How the plan moves, instead of the scenario's
+    #[arg(long, value_name = "quasi_static", value_parser = motion)]
     pub motion: Option<MotionKind>,
-    /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
+    /// Planner threads, at most one for each core; the plan does not depend on them
+    /// [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
     /// Most replans after the controller encountered a world that differs
@@ -369,7 +371,7 @@ pub struct SearchArguments {
 impl SearchArguments {
     /// Planner threads.
     pub fn threads(&self) -> usize {
-        self.threads.map_or_else(default_threads, usize::from)
+        planner_threads(self.threads)
     }
 }
 
@@ -388,6 +390,13 @@ pub struct OutputArguments {
     /// Show no progress, only the summary
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl OutputArguments {
+    /// Whether any file is to be written.
+    pub fn names_files(&self) -> bool {
+        [&self.export, &self.picture, &self.json].iter().any(|path| path.is_some())
+    }
 }
 
 /// Options that a supervisor passes to a role's process.

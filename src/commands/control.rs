@@ -41,7 +41,10 @@ pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError>
     let mut controller = Controller::open(arguments)?;
     let _deferral = signals::defer();
     controller.reporter.emit(&RoleEvent::ControllerReady)?;
-    controller.run()
+    match controller.run() {
+        Err(CommandError::Interrupted(_)) if arguments.serve => Ok(CommandOutcome::Done),
+        ended => ended,
+    }
 }
 
 /// A controller that is connected to an instance.

@@ -52,6 +52,11 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
     let preparation = inputs.preparation(arguments.outputs.quiet || arguments.role.report_lines)?;
     let report = Report::new(inputs.names(), arguments.search.threads());
     let reporter = Reporter::new(arguments.role.report_lines, arguments.outputs.quiet);
+    if arguments.serve && arguments.outputs.names_files() {
+        return Err(CommandError::Usage(
+            "--serve writes no files; leave out --export, --picture and --json".into(),
+        ));
+    }
     if arguments.instance.is_some() {
         CommandError::unless_limited()?;
     }
@@ -68,7 +73,10 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
     };
     let mut report = std::mem::take(&mut run.report);
     let end = FinishArguments { outputs: &arguments.outputs, is_role: arguments.role.report_lines };
-    finish(&mut report, end, result, || run.draw(drawable.as_ref()))
+    finish(&mut report, end, result, || match &drawable {
+        Some((task, planner)) if !end.is_role => run.draw(task, planner),
+        _ => Ok(()),
+    })
 }
 
 /// Locks this process's memory, including the arenas that are reserved later.
@@ -155,6 +163,10 @@ impl Run<'_> {
                 // The scenario's stances were valid for the first plan, so this is a failed search.
                 planned.result = PlanResult::NoPlan;
             }
+            if !found && self.arguments.role.report_lines {
+                // The supervisor ends this process when it knows that there is no plan.
+                self.draw(task, &planner)?;
+            }
             self.emit(&RoleEvent::Planned(planned))?;
             return Ok((planner, found));
         }
@@ -167,11 +179,13 @@ impl Run<'_> {
     ) -> Result<Delivery, CommandError> {
         let mut accepted = 0;
         let total = chunks.len() as u64;
+        let plan = chunks.first().map(|chunk| (chunk.plan_id, chunk.epoch));
         let delivery = publisher.deliver(
             chunks,
             &mut |feedback| {
-                if feedback.next_sequence != accepted {
-                    accepted = feedback.next_sequence;
+                let is_of_plan = Some((feedback.plan_id, feedback.epoch)) == plan;
+                if is_of_plan && feedback.next_sequence.min(total) != accepted {
+                    accepted = feedback.next_sequence.min(total);
                     // The final event repeats the number, so a lost one does no harm.
                     let _ = self.emit(&RoleEvent::Delivering { accepted, chunks: total });
                 }
@@ -198,12 +212,16 @@ impl Run<'_> {
         }
     }
 
-    fn draw(&self, ended: Option<&Ended>) -> Result<(), CommandError> {
-        let (Some(path), Some((task, planner))) = (&self.arguments.outputs.picture, ended) else {
+    /// Draws the plan, or the search that found none. The supervisor draws the plan of a walk.
+    fn draw(&self, task: &PlanningTask, planner: &Planner) -> Result<(), CommandError> {
+        let Some(path) = &self.arguments.outputs.picture else { return Ok(()) };
+        if planner.chunks().is_empty() {
+            return output_files::draw_search(&self.inputs, &task.scenario, &planner.trace(), path);
+        }
+        if self.arguments.role.report_lines {
             return Ok(());
-        };
-        let plan = self.plan_file(task, planner.chunks(), path);
-        output_files::draw(&self.inputs, &plan, path)
+        }
+        output_files::draw(&self.inputs, &self.plan_file(task, planner.chunks(), path), path)
     }
 
     /// The plan as a file in the folder of `path`.

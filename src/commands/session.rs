@@ -56,6 +56,10 @@ pub(crate) fn finish(
             false => terminal::print_result(&text),
         }
     }
+    let drawn = match &outcome {
+        Ok(_) | Err(CommandError::Endpoint(_)) => draw(),
+        Err(_) => Ok(()),
+    };
     let outcome = outcome?;
-    written.and(draw()).map(|()| outcome)
+    written.and(drawn).map(|()| outcome)
 }

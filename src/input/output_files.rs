@@ -4,7 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use surefoot_planner::pipeline::SearchTrace;
 use surefoot_shared_types::base::whole_file;
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::plan_file::write::{check_file_names, plan_from_chunks};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
 use surefoot_shared_types::robot::load::robot_from_block;
@@ -95,6 +97,24 @@ pub fn robot_and_world(
     let base_dir = plan_path.parent().unwrap_or(Path::new(""));
     let model = robot_from_block(&plan.robot, base_dir, plan_path)?;
     Ok((model, world_from_block(&plan.scene, base_dir, plan_path)?))
+}
+
+/// Draws a search that found no plan.
+///
+/// # Errors
+/// As [`draw`].
+pub fn draw_search(
+    inputs: &Inputs,
+    scenario: &Scenario,
+    trace: &SearchTrace,
+    path: &Path,
+) -> Result<(), CommandError> {
+    signals::set_activity(Activity::Drawing);
+    CommandError::unless_interrupted()?;
+    let scene = PictureScene::of_search(&inputs.model, &inputs.world, scenario, trace)?;
+    render(&scene, path)?;
+    signals::set_activity(Activity::Other);
+    Ok(())
 }
 
 /// Checks that files can be written into a folder.

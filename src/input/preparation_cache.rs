@@ -149,5 +149,9 @@ fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     std::fs::create_dir_all(folder).map_err(failed)?;
     let _deferral = signals::defer();
+    if path.symlink_metadata().is_ok_and(|there| !there.is_file()) {
+        // A pipe in the file's place would be written to, and nobody reads it.
+        std::fs::remove_file(path).map_err(failed)?;
+    }
     whole_file::write(path, bytes).map_err(|reason| format!("{}: {reason}", path.display()))
 }

@@ -86,6 +86,7 @@ pub fn scenario_path(argument: &Path) -> Result<PathBuf, InputError> {
     let name = argument.to_string_lossy();
     match shipped(ShippedKind::Scenario).find(|input| input.name == name) {
         Some(input) => Ok(unpack(argument)?.join(input.path)),
+        None if argument.exists() => Ok(argument.to_owned()),
         None => Err(InputError::file(argument, no_such_scenario(&name))),
     }
 }

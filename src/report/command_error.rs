@@ -134,6 +134,51 @@ pub enum CommandError {
     /// No controller answers.
     #[error("no controller answers; start 'surefoot control' with the same instance name")]
     ControllerLost,
+    /// Two processes publish feedback as the controller.
+    #[error(
+        "two processes answer as this instance's controller; end the one that does not belong to \
+         it, then walk again"
+    )]
+    Contradicted,
+    /// The planner received an answer that the controller has not given.
+    #[error(
+        "the planner reports '{result}', and the controller has not within {seconds} s; \
+         another process writes into this instance: end it, then walk again"
+    )]
+    Disagreement {
+        /// The result that the planner reports.
+        result: &'static str,
+        /// Time waited, s.
+        seconds: f64,
+    },
+    /// The planner that had a request has ended.
+    #[error(
+        "the planner that had this request has ended; start 'surefoot plan SCENARIO --serve' with \
+         the same instance name, then send it again"
+    )]
+    PlannerEnded,
+    /// The planner that had a request was replaced.
+    #[error("another planner has replaced the one that had this request; send it again")]
+    PlannerReplaced,
+    /// The planner answers other clients only.
+    #[error(
+        "the planner answers other clients, but not this request within {seconds} s; send it again"
+    )]
+    Unanswered {
+        /// Time waited, s.
+        seconds: f64,
+    },
+    /// More requests than a status names have ended since.
+    #[error("the request has ended, and so many after it that its end is unknown; send it again")]
+    EndUnknown,
+    /// The planner publishes nothing, but its process exists.
+    #[error(
+        "the planner that has this request has been silent for {seconds} s; continue it or end it"
+    )]
+    PlannerSilent {
+        /// Time waited, s.
+        seconds: f64,
+    },
     /// Something that every walk needs is missing.
     #[error("this machine cannot run a walk: {missing} requirements above are missing")]
     MissingRequirements {
@@ -213,6 +258,7 @@ impl CommandError {
             Self::Role { role: Role::Controller, .. }
             | Self::EndedEarly { role: Role::Controller, .. } => Some("controller_failed"),
             Self::ControllerLost => Some("controller_lost"),
+            Self::Contradicted | Self::Disagreement { .. } => Some("contradicted"),
             Self::Interrupted(_) => Some("interrupted"),
             _ => None,
         }

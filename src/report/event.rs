@@ -207,6 +207,8 @@ pub enum DeliveryResult {
     Superseded,
     /// The controller does not answer.
     ControllerLost,
+    /// Two processes publish feedback as the controller.
+    Contradicted,
     /// This process was asked to end.
     Stopped,
 }
@@ -268,6 +270,7 @@ impl From<&Delivery> for Delivered {
             ),
             DeliveryOutcome::Superseded => (DeliveryResult::Superseded, None),
             DeliveryOutcome::ControllerLost => (DeliveryResult::ControllerLost, None),
+            DeliveryOutcome::Contradicted => (DeliveryResult::Contradicted, None),
             DeliveryOutcome::Stopped => (DeliveryResult::Stopped, None),
         };
         Self {

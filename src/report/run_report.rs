@@ -12,8 +12,8 @@ use crate::report::margins::WorstMargins;
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Report {
     /// The planner's outcome, or once a plan was delivered `accepted`, `refused`, `stopped`,
-    /// `controller_lost`; `planner_failed` or `controller_failed` when a process ended before its
-    /// work was done, and `interrupted` when a signal came.
+    /// `controller_lost`, `contradicted`; `planner_failed` or `controller_failed` when a process
+    /// ended before its work was done, and `interrupted` when a signal came.
     pub outcome: String,
     /// The parameter of the budget that ended the search.
     pub bound: Option<String>,
@@ -176,6 +176,9 @@ impl Report {
                 Some(PlanResult::Found),
                 Some(DeliveryResult::Superseded | DeliveryResult::ControllerLost),
             ) => Err(CommandError::ControllerLost),
+            (Some(PlanResult::Found), Some(DeliveryResult::Contradicted)) => {
+                Err(CommandError::Contradicted)
+            }
             (Some(PlanResult::StartInvalid | PlanResult::GoalInvalid), _) => {
                 Err(CommandError::Endpoint(self.description.clone()))
             }
@@ -213,6 +216,7 @@ impl Report {
             DeliveryResult::Refused => "refused",
             DeliveryResult::Superseded => "superseded",
             DeliveryResult::ControllerLost => "controller_lost",
+            DeliveryResult::Contradicted => "contradicted",
             DeliveryResult::Stopped => "stopped",
         }
         .to_owned();
@@ -321,6 +325,7 @@ mod tests {
             (PlanResult::Found, Some(DeliveryResult::Accepted), 0),
             (PlanResult::Found, Some(DeliveryResult::Refused), 4),
             (PlanResult::Found, Some(DeliveryResult::ControllerLost), 2),
+            (PlanResult::Found, Some(DeliveryResult::Contradicted), 2),
             (PlanResult::NoPlan, None, 3),
             (PlanResult::StartInvalid, None, 2),
             (PlanResult::GoalInvalid, None, 2),

@@ -103,6 +103,7 @@ fn headline(report: &Report) -> String {
             format!("{found}, but another planner has replanned")
         }
         Some(DeliveryResult::ControllerLost) => format!("{found}, but no controller answers"),
+        Some(DeliveryResult::Contradicted) => format!("{found}, delivery contradicted"),
         Some(DeliveryResult::Stopped) => format!("{found}, delivery stopped"),
     }
 }

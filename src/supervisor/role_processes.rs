@@ -72,12 +72,16 @@ impl RoleProcesses {
         Ok(())
     }
 
-    /// Waits for the next event. Kills a process that emits none for [`SILENCE_SECONDS_MAX`].
+    /// Waits for the next event, at most until `is_late` returns true; `None` then. Kills a process
+    /// that emits none for [`SILENCE_SECONDS_MAX`].
     ///
     /// # Errors
     /// A signal asks this process to end, a role reports an error other than of the transport, or
     /// its output is not an event.
-    pub(crate) fn next_event(&mut self) -> Result<ProcessEvent, CommandError> {
+    pub(crate) fn next_event(
+        &mut self,
+        is_late: &dyn Fn() -> bool,
+    ) -> Result<Option<ProcessEvent>, CommandError> {
         loop {
             if let Some(signal) = signals::raised() {
                 return Err(CommandError::Interrupted(signal));
@@ -85,9 +89,12 @@ impl RoleProcesses {
             if let Ok((role, output)) = self.receiver.recv_timeout(POLL_INTERVAL)
                 && let Some(event) = self.event_of(role, output)?
             {
-                return Ok(event);
+                return Ok(Some(event));
             }
             self.kill_silent();
+            if is_late() {
+                return Ok(None);
+            }
         }
     }
 

@@ -132,3 +132,27 @@ fn the_last_good_file_stays_where_a_run_finds_nothing() {
     assert_eq!((before.ino(), before.len()), (after.ino(), after.len()));
     assert_eq!(folder.json("report.json")["outcome"], "budget_exhausted");
 }
+
+#[test]
+fn a_picture_is_drawn_also_where_there_is_no_plan() {
+    let folder = Folder::new();
+    folder.good("sed 's/work_max = .*/work_max = 4000/' endless.toml >none.toml");
+    folder.good("sed 's/xyz = .0.5, 0.0, 0.0./xyz = [0.5, 0.0, 3.0]/' flat.toml >air.toml");
+    for (command, scenario, picture, code) in
+        [("walk", "none", "a.png", 3), ("plan", "none", "b.apng", 3), ("plan", "air", "c.png", 2)]
+    {
+        let line = format!("$S {command} {scenario}.toml --quiet --picture {picture}");
+        let output = folder.run(&line);
+        assert_eq!(output.code, code, "{line}: {}{}", output.out, output.err);
+        assert!(folder.read(picture).starts_with(b"\x89PNG"), "{line}");
+    }
+}
+
+#[test]
+fn a_planner_that_serves_refuses_files_that_it_would_not_write() {
+    let folder = Folder::new();
+    for option in ["--export a.json", "--json a.json", "--picture a.png"] {
+        let err = folder.error(&format!("$S plan flat.toml --instance x --serve {option}"));
+        assert!(err.contains("--serve writes no files"), "{err}");
+    }
+}

@@ -1,6 +1,7 @@
 //! A folder with scenarios, in which the command runs by lines of a shell.
 
 use std::fs;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -66,6 +67,9 @@ impl Folder {
         shell.env("S", env!("CARGO_BIN_EXE_surefoot"));
         shell.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
         shell.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        // A parent that ignores signals, as nohup and Python do, passes that on.
+        // SAFETY: signal is safe between fork and exec.
+        unsafe { shell.pre_exec(heed_signals) };
         shell.spawn().unwrap()
     }
 
@@ -95,4 +99,13 @@ pub fn wait_until(is_so: impl Fn() -> bool) {
     while !is_so() {
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
+}
+
+/// Gives the signals of these tests their default effect.
+fn heed_signals() -> std::io::Result<()> {
+    for signal in [libc::SIGHUP, libc::SIGINT, libc::SIGTERM, libc::SIGXFSZ, libc::SIGPIPE] {
+        // SAFETY: signal touches no memory of ours.
+        unsafe { libc::signal(signal, libc::SIG_DFL) };
+    }
+    Ok(())
 }

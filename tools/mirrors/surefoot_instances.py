@@ -14,8 +14,8 @@ import os
 import pathlib
 import re
 import stat
-import tempfile
 
+SHARED_MEMORY = pathlib.Path("/dev/shm")
 TOKEN = re.compile("[0-9a-f]{16}")
 
 
@@ -63,17 +63,13 @@ def is_private(folder):
 def base_folders():
     """The private folders that hold this user's instances."""
     plain = f"surefoot-{os.geteuid()}"
-    found = []
-    for parent in (pathlib.Path("/dev/shm"), pathlib.Path(tempfile.gettempdir())):
-        if not parent.is_dir():
-            continue
-        with_token = sorted(
-            name
-            for name in os.listdir(parent)
-            if name.startswith(f"{plain}-") and TOKEN.fullmatch(name[len(plain) + 1 :])
-        )
-        found += [parent / name for name in [plain, *with_token] if is_private(parent / name)]
-    return found
+    with_token = sorted(
+        name
+        for name in os.listdir(SHARED_MEMORY)
+        if name.startswith(f"{plain}-") and TOKEN.fullmatch(name[len(plain) + 1 :])
+    )
+    folders = (SHARED_MEMORY / name for name in [plain, *with_token])
+    return [folder for folder in folders if is_private(folder)]
 
 
 def running():

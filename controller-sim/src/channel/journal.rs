@@ -14,9 +14,8 @@ use memmap2::MmapMut;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::role_lock;
 use surefoot_shared_types::message::{Feedback, JournalRecord, Layout, WithCrc};
-
-use crate::channel::tuning::{LOCK_ATTEMPTS_MAX, LOCK_PAUSE};
 
 /// The file's name in the instance's folder.
 const FILE: &str = "robot";
@@ -37,8 +36,7 @@ impl Journal {
     pub(crate) fn open(instance: &Instance) -> Result<(Self, Option<JournalRecord>), ChannelError> {
         let failed =
             |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
-        let mut file = instance.open_file(FILE)?;
-        lock(&file)?;
+        let mut file = role_lock::acquire(instance, FILE)?.ok_or(ChannelError::Taken)?;
         if file.metadata().map_err(failed)?.len() != 2 * RECORD as u64 {
             file.set_len(0).map_err(failed)?;
             file.write_all(&[0; 2 * RECORD]).map_err(failed)?;
@@ -68,16 +66,6 @@ impl Journal {
         (record.stream_after_first, record.feedback) = (stream_after_first, *feedback);
         record.write_crc();
     }
-}
-
-fn lock(file: &File) -> Result<(), ChannelError> {
-    for _ in 0..LOCK_ATTEMPTS_MAX {
-        if file.try_lock().is_ok() {
-            return Ok(());
-        }
-        std::thread::sleep(LOCK_PAUSE);
-    }
-    Err(ChannelError::Taken)
 }
 
 #[cfg(test)]

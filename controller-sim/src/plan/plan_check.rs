@@ -203,6 +203,10 @@ impl ParsedPlan {
                 "q has not one entry per joint name",
             ));
         }
+        if plan.waypoints.iter().any(|waypoint| !waypoint.velocity.is_empty()) {
+            let message = "states velocities; only motions in straight lines can be checked";
+            return Err(input_error("waypoints".to_owned(), message));
+        }
         let phase = |(index, block)| {
             phase(model, block, plan.waypoints.len())
                 .map_err(|message| input_error(format!("phase {index}"), message))

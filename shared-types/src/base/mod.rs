@@ -1,6 +1,8 @@
 //! Rigid motions, digests, input and output files, input errors and the sizes of messages.
 
+pub mod closest;
 pub mod digest;
+pub(crate) mod file_kind;
 pub mod input_error;
 pub mod limits;
 pub mod spatial;

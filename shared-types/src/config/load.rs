@@ -6,6 +6,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::base::digest::Digest;
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::text_file::{TextFile, check_numbers, check_positive};
 use crate::config::execution::ExecutionConfig;
@@ -74,7 +75,7 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
 pub fn scenario_of(source: &ScenarioSource) -> Result<Scenario, InputError> {
     let ScenarioSource { file: source, folder, .. } = source;
     let path = &source.path;
-    let raw: RawScenario = source.parse_toml()?;
+    let raw: RawScenario = source.parse_toml(FileKind::Scenario)?;
     let start = start_stance(&raw.start, source)?;
     let goal = goal_stance(&raw.goal, source)?;
     let (planner, checker, execution) = configs(raw.planner, raw.checker, raw.execution, source)?;

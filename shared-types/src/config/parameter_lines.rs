@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::config::scenario_source::ScenarioSource;
 
@@ -25,7 +26,7 @@ struct Tables {
 /// It is not TOML.
 pub fn parameter_lines(source: &ScenarioSource) -> Result<BTreeMap<String, usize>, InputError> {
     let source = &source.file;
-    let Tables { planner, checker, execution } = source.parse_toml()?;
+    let Tables { planner, checker, execution } = source.parse_toml(FileKind::Scenario)?;
     let tables = [("planner", planner), ("checker", checker), ("execution", execution)];
     let lines = tables.into_iter().flat_map(|(table, values)| {
         let line = |value: &Spanned<toml::Value>| source.line(value.span().start);

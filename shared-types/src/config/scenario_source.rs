@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::text_file::{TEXT_BYTES_MAX, TextFile};
 
@@ -27,7 +28,7 @@ impl ScenarioSource {
         let [dash, standard_input] = STANDARD_INPUT.map(Path::new);
         let is_piped = path == dash || is_descriptor(path) || is_pipe(path);
         let opened = if path == dash { standard_input } else { path };
-        let file = TextFile::read_any(opened, TEXT_BYTES_MAX, is_piped)?;
+        let file = TextFile::read_any(opened, FileKind::Scenario, TEXT_BYTES_MAX, is_piped)?;
         let folder = path.parent().filter(|_| !is_piped).map(Path::to_owned).unwrap_or_default();
         Ok(Self { file, folder, is_piped })
     }

@@ -126,6 +126,14 @@ pub enum ChannelError {
         "another controller moves the robot of this instance; end it, or choose another instance name"
     )]
     Taken,
+    /// Another planner delivers plans in this instance.
+    #[error(
+        "another planner plans for this instance; end it, send it a request ('surefoot request'), or choose another instance name"
+    )]
+    PlannerTaken,
+    /// The instance takes no more processes.
+    #[error("this instance has as many clients as it can have; try again when one has ended")]
+    TooManyClients,
     /// The chunks given are not one stream.
     #[error(
         "chunk {index} of the plan does not continue the stream: same plan and epoch, sequence {index} and the digest so far are needed"

@@ -15,6 +15,7 @@ pub mod observer;
 pub mod participant;
 pub(crate) mod private;
 pub mod requests;
+pub mod role_lock;
 pub mod sender;
 pub mod services;
 #[cfg(test)]

@@ -22,6 +22,11 @@ use crate::world::world::{World, WorldShape};
 
 /// Largest distance of the first waypoint's soles from the start stance, m.
 const START_TOLERANCE: f64 = 2e-3;
+/// Tilt (sine) and difference in height (m) below which the ground of a sole counts as level.
+const LEVEL_TILT_MAX: f64 = 1e-9;
+const LEVEL_OFFSET_MAX: f64 = 1e-9;
+/// Largest difference in height (m) between a stance and its ground.
+const GROUND_OFFSET_MAX: f64 = 0.1;
 /// Largest distance of the first waypoint from the start configuration, m and rad.
 const CONFIGURATION_TOLERANCE: f64 = 1e-3;
 
@@ -54,7 +59,7 @@ pub fn plan_from_chunks(
         phases,
         chunks: chunk_blocks,
         start: start_block(robot, scenario, chunks),
-        goal: end_block(robot, &scenario.goal, scenario.goal_tolerance.position),
+        goal: goal_block(robot, scenario, chunks),
     }
 }
 
@@ -307,6 +312,42 @@ fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) ->
         );
     }
     block
+}
+
+/// The goal that the scenario states, with the height and the tilt of the ground on which the last
+/// chunk's soles stand: a stance is level, a slope is not.
+fn goal_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
+    let mut block = end_block(robot, &scenario.goal, scenario.goal_tolerance.position);
+    let contacts = chunks.last().map_or(&[][..], PlanChunk::contacts);
+    if let EndBlock::Feet { soles, .. } = &mut block {
+        for contact in contacts {
+            let ContactBlock { foot, sole_pose } = contact_block(contact, robot);
+            if let Some(level) = soles.get_mut(&foot) {
+                *level = on_ground(level, &sole_pose);
+            }
+        }
+    }
+    block
+}
+
+/// A level sole pose moved vertically, and tilted, onto the plane of the sole of a contact. The
+/// same pose if that plane is level at its height, or more than 10 cm higher or lower.
+pub fn on_ground(level: &PoseBlock, contact: &PoseBlock) -> PoseBlock {
+    let rotation = |pose: &PoseBlock| DQuat::from_array(pose.quat_xyzw).normalize();
+    let normal = rotation(contact) * DVec3::Z;
+    let [position, on_plane] = [level.xyz, contact.xyz].map(DVec3::from);
+    let slope = -normal.truncate() / normal.z;
+    let height = on_plane.z + slope.dot((position - on_plane).truncate());
+    let is_level = normal.truncate().length() < LEVEL_TILT_MAX
+        && (height - position.z).abs() < LEVEL_OFFSET_MAX;
+    let is_other_ground = (height - position.z).abs() > GROUND_OFFSET_MAX;
+    if is_level || is_other_ground || normal.z <= 0.0 {
+        return *level;
+    }
+    pose_block(&Pose::from_parts(
+        position.truncate().extend(height),
+        DQuat::from_rotation_arc(DVec3::Z, normal) * rotation(level),
+    ))
 }
 
 fn end_block(robot: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {

@@ -66,6 +66,9 @@ impl RoleCommands<'_> {
             command.arg("--lock-memory");
         }
         let outputs = &self.arguments.outputs;
+        if let Some(picture) = &outputs.picture {
+            command.arg(option_with_path("--picture", picture));
+        }
         match (self.files.plan_descriptor(), &outputs.export) {
             (Some(number), _) => {
                 command.arg("--plan-descriptor").arg(number.to_string());
