@@ -16,7 +16,8 @@ use crate::geometry::polygon;
 use crate::geometry::rays::{Hit, Target};
 use crate::statics::resting_contact::{AirSample, resting_region};
 use crate::statics::tuning::{
-    CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, RAY_START, SOLES_CACHED_MAX,
+    CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, PLANE_DISTANCE_MAX, RAY_START,
+    SOLES_CACHED_MAX,
 };
 use crate::statics::underside::{FineGrid, SolePoint, Underside};
 
@@ -64,7 +65,19 @@ struct RaySample {
     /// The most air within the distance by which the real foot may be displaced, m.
     most_air: f64,
     normal: DVec3,
+    /// The growth of the air along the plane of the ground, m per m.
+    gradient: DVec2,
     is_carrying: bool,
+}
+
+impl RaySample {
+    /// Whether another sample lies in the plane of the ground at this one, and the foot is flat.
+    fn is_in_plane(&self, other: &RaySample) -> bool {
+        let air = self.air + self.gradient.dot(other.point.at - self.point.at);
+        other.is_carrying == self.is_carrying
+            && other.point.height == self.point.height
+            && (other.air - air).abs() <= PLANE_DISTANCE_MAX
+    }
 }
 
 impl SupportFinder {
@@ -134,35 +147,45 @@ impl SupportFinder {
         SoleSupport { limb, area, deepest, points }
     }
 
-    /// Samples of the whole sole: a coarse grid where the foot stands evenly, else a fine one where
-    /// the ground is near.
+    /// Samples of the whole sole: a coarse grid, and a fine one where the ground is near and no
+    /// plane.
     fn ray_samples(&self, underside: &Underside, world_from_sole: &Pose) -> Vec<RaySample> {
         let targets = self.targets_below(&underside.outline, world_from_sole);
         let sample = |point: SolePoint| self.sample(&targets, world_from_sole, point);
-        let feet = underside.coarse.iter().filter(|point| point.height.is_finite());
-        let coarse: Vec<RaySample> = feet.map(|point| sample(*point)).collect();
+        let points = underside.coarse.iter().chain(&underside.edges);
+        let coarse: Vec<RaySample> = points.copied().map(sample).collect();
         let least = least_air(&coarse);
         let is_even = |sample: &RaySample| sample.is_carrying && sample.air <= least + EVEN_AIR_MAX;
         if least == f64::INFINITY || coarse.iter().all(is_even) {
             return coarse;
         }
-        let near = coarse.iter().filter(|sample| sample.air <= least + NEAR_AIR_MAX);
-        let indices = underside.fine.around(near.map(|sample| sample.point.at));
-        let fine: Vec<RaySample> =
-            indices.iter().map(|&index| sample(underside.fine.point(index))).collect();
-        self.widen(&underside.fine, &indices, [fine, coarse].concat())
+        let near = coarse
+            .iter()
+            .zip(underside.neighbours())
+            .filter(|(sample, _)| sample.air <= least + NEAR_AIR_MAX);
+        let (in_plane, others): (Vec<_>, Vec<_>) = near.partition(|(sample, neighbours)| {
+            neighbours.iter().all(|&other| sample.is_in_plane(&coarse[other]))
+        });
+        let grid = underside.fine();
+        let around = |samples: &[(&RaySample, &Vec<usize>)]| {
+            grid.around(samples.iter().map(|(sample, _)| sample.point.at))
+        };
+        let (even, indices) = (around(&in_plane), around(&others));
+        let fine = indices.iter().map(|&index| sample(grid.point(index))).collect();
+        self.widen(grid, [&even, &indices], [fine, coarse].concat())
     }
 
     /// Measures the most air near each sample. The first samples are those of the grid points
-    /// `indices`. A sample also carries if one as near does: the foot touches a peak from its
-    /// gentle side.
+    /// `indices`; the grid points `even` lie in the plane of a sample, which knows its slope. A
+    /// sample also carries if one as near does: the foot touches a peak from its gentle side.
     fn widen(
         &self,
         grid: &FineGrid,
-        indices: &[usize],
+        [even, indices]: [&[usize]; 2],
         mut samples: Vec<RaySample>,
     ) -> Vec<RaySample> {
         let mut measured = vec![(f64::INFINITY, false); grid.len()];
+        even.iter().for_each(|&index| measured[index].0 = f64::NEG_INFINITY);
         indices.iter().zip(&samples).for_each(|(&index, sample)| {
             measured[index] = (sample.air, sample.is_carrying);
         });
@@ -190,8 +213,15 @@ impl SupportFinder {
         let up = world_from_sole.rotation * DVec3::Z;
         let origin = *world_from_sole * point.at.extend(point.height + RAY_START);
         let void = f64::INFINITY;
-        let mut sample =
-            RaySample { point, air: void, most_air: void, normal: up, is_carrying: false };
+        let gradient = DVec2::ZERO;
+        let mut sample = RaySample {
+            point,
+            air: void,
+            most_air: void,
+            normal: up,
+            gradient,
+            is_carrying: false,
+        };
         for target in targets {
             match target.cast(origin, -up) {
                 Hit::Inside => sample.air = -RAY_START,
@@ -203,10 +233,13 @@ impl SupportFinder {
                 _ => {}
             }
         }
-        sample.most_air = sample.air;
         sample.is_carrying = sample.air.is_finite()
             && sample.normal.dot(up) >= self.tilt_cos_min
             && sample.normal.z >= self.slope_cos_min;
+        let normal = world_from_sole.rotation.inverse() * sample.normal;
+        sample.gradient = normal.truncate() / normal.z;
+        let slope = if sample.is_carrying { sample.gradient.length() } else { 0.0 };
+        sample.most_air = sample.air + self.shift_max * slope;
         sample
     }
 }

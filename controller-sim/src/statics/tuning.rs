@@ -7,6 +7,10 @@
 pub(crate) const SAMPLE_SPACING: f64 = 5e-3;
 /// Spacing of the samples around partial contact, m.
 pub(crate) const FINE_SAMPLE_SPACING: f64 = 1e-3;
+/// Samples no farther apart are neighbours, m: at least five of a sample inside the sole.
+pub(crate) const NEIGHBOUR_DISTANCE: f64 = 7.5e-3;
+/// Neighbours that differ by less from the plane of a sample lie in it, m.
+pub(crate) const PLANE_DISTANCE_MAX: f64 = 1e-7;
 /// Rays begin this far below the sole or above the underside of the foot, m.
 pub(crate) const RAY_START: f64 = 0.02;
 /// A foot counts as flat where its underside is this near to its sole plane, m: meshes of feet are
@@ -30,6 +34,9 @@ pub(crate) const REST_DIRECTIONS: usize = 16;
 pub(crate) const HEIGHT_STEP: f64 = 0.05;
 /// Edge samples are moved towards the middle by this share of their distance from it.
 pub(crate) const EDGE_PULL: f64 = 1e-4;
+/// Samples of the grids are at least this far inside the sole, m: within the edge samples, so that
+/// a sole that stands evenly has no more contact points than corners.
+pub(crate) const EDGE_INSET: f64 = 1e-4;
 /// Most contact points kept of a sole.
 pub(crate) const CONTACT_POINTS_MAX: usize = 16;
 /// Most soles in the cache.

@@ -1,6 +1,8 @@
 //! The underside of a foot within its declared sole: where the foot is, and how high over the sole
 //! plane.
 
+use std::cell::OnceCell;
+
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::model::{Foot, RobotModel};
@@ -14,7 +16,8 @@ use crate::geometry::separation::separation;
 use crate::geometry::solid::{Convex, Core, Solid};
 use crate::statics::error::CheckerError;
 use crate::statics::tuning::{
-    EDGE_PULL, FINE_SAMPLE_SPACING, RAY_START, SAMPLE_SPACING, SOLE_FLATNESS,
+    EDGE_INSET, EDGE_PULL, FINE_SAMPLE_SPACING, NEIGHBOUR_DISTANCE, RAY_START, SAMPLE_SPACING,
+    SOLE_FLATNESS,
 };
 
 /// A point of the declared sole.
@@ -30,10 +33,13 @@ pub(crate) struct SolePoint {
 pub(crate) struct Underside {
     /// The declared sole.
     pub(crate) outline: Vec<DVec2>,
-    /// A sheared grid over the sole, and points along its edges.
+    /// A sheared grid over the sole.
     pub(crate) coarse: Vec<SolePoint>,
-    /// A fine grid over the sole.
-    pub(crate) fine: FineGrid,
+    /// Points along its edges.
+    pub(crate) edges: Vec<SolePoint>,
+    shapes: Vec<Target>,
+    fine: OnceCell<FineGrid>,
+    neighbours: OnceCell<Vec<Vec<usize>>>,
 }
 
 /// A grid of points over a sole, x by x.
@@ -62,9 +68,29 @@ impl Underside {
             .map_err(|error| format!("{}: {error}", link.name))?;
         let outline = polygon::hull(&foot.polygon);
         let point = |at: DVec2| SolePoint { at, height: height_over(&shapes, at) };
-        let coarse = coarse_points(&outline).into_iter().map(point).collect();
-        let fine = FineGrid::new(&outline, &shapes);
-        Ok(Self { outline, coarse, fine })
+        let is_foot = |point: &SolePoint| point.height.is_finite();
+        let coarse = coarse_points(&outline).into_iter().map(point).filter(is_foot).collect();
+        let edges = edge_points(&outline).into_iter().map(point).filter(is_foot).collect();
+        let (fine, neighbours) = (OnceCell::new(), OnceCell::new());
+        Ok(Self { outline, coarse, edges, shapes, fine, neighbours })
+    }
+
+    /// A fine grid over the sole, measured when it is first used.
+    pub(crate) fn fine(&self) -> &FineGrid {
+        self.fine.get_or_init(|| FineGrid::new(&self.outline, &self.shapes))
+    }
+
+    /// The points within [`NEIGHBOUR_DISTANCE`] of each point, as indices into the grid and the
+    /// points of the edges after it.
+    pub(crate) fn neighbours(&self) -> &[Vec<usize>] {
+        self.neighbours.get_or_init(|| {
+            let all: Vec<DVec2> =
+                self.coarse.iter().chain(&self.edges).map(|point| point.at).collect();
+            let is_near = |a: DVec2, b: DVec2| a.distance(b) <= NEIGHBOUR_DISTANCE;
+            let around =
+                |&at: &DVec2| (0..all.len()).filter(|&other| is_near(at, all[other])).collect();
+            all.iter().map(around).collect()
+        })
     }
 }
 
@@ -75,7 +101,11 @@ impl FineGrid {
         let (width, height) = (count.x as usize, count.y as usize);
         let mut grid = Self { low, width, height, heights: Vec::new() };
         let measured = (0..width * height).map(|index| grid.at(index)).map(|at| {
-            if polygon::margin(outline, at) >= 0.0 { height_over(shapes, at) } else { f64::NAN }
+            if polygon::margin(outline, at) >= EDGE_INSET {
+                height_over(shapes, at)
+            } else {
+                f64::NAN
+            }
         });
         let heights = measured.collect();
         grid.heights = heights;
@@ -144,23 +174,27 @@ fn height_over(shapes: &[Target], at: DVec2) -> f64 {
 }
 
 /// A grid over the sole, each row of it shifted so that no straight bar of a few millimetres lies
-/// between all rays; and points along the edges.
+/// between all rays.
 fn coarse_points(sole: &[DVec2]) -> Vec<DVec2> {
     let (low, high) = extent(sole);
     let count = ((high - low) / SAMPLE_SPACING).ceil() + 1.0;
     let cells = (0..count.y as usize).flat_map(|y| (0..count.x as usize).map(move |x| (x, y)));
-    let grid = cells
+    cells
         .map(|(x, y)| {
             let shift = DVec2::new((2 * y % 5) as f64 / 5.0, (2 * x % 5) as f64 / 5.0);
             low + SAMPLE_SPACING * (DVec2::new(x as f64, y as f64) + shift)
         })
-        .filter(|&at| polygon::margin(sole, at) >= 0.0);
+        .filter(|&at| polygon::margin(sole, at) >= EDGE_INSET)
+        .collect()
+}
+
+fn edge_points(sole: &[DVec2]) -> Vec<DVec2> {
     let middle = sole.iter().sum::<DVec2>() / sole.len() as f64;
     let edges = polygon::sides(sole).flat_map(|(a, b)| {
         let pieces = ((b - a).length() / SAMPLE_SPACING).ceil().max(1.0) as usize;
         (0..pieces).map(move |piece| a + (b - a) * (piece as f64 / pieces as f64))
     });
-    grid.chain(edges.map(|at| middle + (at - middle) * (1.0 - EDGE_PULL))).collect()
+    edges.map(|at| middle + (at - middle) * (1.0 - EDGE_PULL)).collect()
 }
 
 fn extent(sole: &[DVec2]) -> (DVec2, DVec2) {
