@@ -4,12 +4,14 @@
 //! `check/checks.rs` and stops at the first violation; [`Checker::check_all`]
 //! makes all of them. Each check stands in the file of its name.
 
+use glam::DVec3;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Contact, Margins, Waypoint};
 use surefoot_shared_types::robot::model::{Link, RobotModel};
 use surefoot_shared_types::world::world::World;
 
+use crate::base::comparison::largest;
 use crate::check::acceleration::{check_acceleration, peak_acceleration};
 use crate::check::allowed_pairs::{allowed_depths, describe};
 use crate::check::balance::{check_balance, friction_reserve};
@@ -19,13 +21,15 @@ use crate::check::contact::check_contact;
 use crate::check::limits::{check_limits, check_spacing};
 use crate::check::motion::{SampledMotion, Spacing};
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
+use crate::check::stance_foot::StanceFoot;
 use crate::check::torque::{check_torque, least_squares_torque_reserve};
 use crate::geometry::body::CollisionBody;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::contact_load::{ContactLoad, least_squares_load};
 use crate::statics::equilibrium::Equilibrium;
 use crate::statics::error::CheckerError;
-use crate::statics::sole_support::{SoleSupport, SupportFinder, check_soles};
+use crate::statics::sole_support::{SoleSupport, SupportFinder};
+use crate::statics::underside::check_soles;
 
 /// The support of each stance foot by the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,9 +161,25 @@ impl Checker {
         peak_acceleration(&self.model, waypoints).share.max(1.0).sqrt()
     }
 
-    /// The support of each of these contacts by the world.
-    pub fn sole_supports(&mut self, contacts: &[Contact]) -> SoleSupports {
-        SoleSupports(contacts.iter().map(|contact| self.supports.find(contact)).collect())
+    /// The support of each of these contacts by the world, under a robot that moves through these
+    /// waypoints.
+    pub fn sole_supports(&mut self, contacts: &[Contact], waypoints: &[Waypoint]) -> SoleSupports {
+        let centre_of_mass = |waypoint: &Waypoint| {
+            let configuration = Configuration::of_waypoint(waypoint, self.model.joints.len());
+            Posture::new(&self.model, &configuration).centre_of_mass(&self.model)
+        };
+        let centres: Vec<DVec3> = waypoints.iter().map(centre_of_mass).collect();
+        SoleSupports(self.find_supports(contacts, &centres))
+    }
+
+    fn find_supports(&mut self, contacts: &[Contact], centres: &[DVec3]) -> Vec<SoleSupport> {
+        let find = |contact: &Contact| {
+            let pose = contact.world_from_sole();
+            let up = pose.rotation.normalize() * DVec3::Z;
+            let height = largest(centres.iter().map(|at| (*at - pose.translation).dot(up)));
+            self.supports.find(contact, height)
+        };
+        contacts.iter().map(find).collect()
     }
 
     /// Foot forces and joint torques in a configuration by contact forces of least squares.
@@ -181,9 +201,14 @@ impl Checker {
 
     fn prepare<'a>(&mut self, segment: &MotionSegment<'a>, spacing: Spacing) -> Case<'a> {
         let MotionSegment { contacts, waypoints, .. } = *segment;
-        let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
         let motion = SampledMotion::new(&self.model, waypoints, spacing);
-        Case { contacts, supports, waypoints, motion }
+        let centres: Vec<DVec3> =
+            motion.samples.iter().map(|sample| sample.centre_of_mass).collect();
+        let supports = self.find_supports(contacts, &centres);
+        let feet_in = |sample| contacts.iter().map(move |contact| (contact, sample));
+        let foot = |(contact, sample)| StanceFoot::new(&self.model, contact, sample);
+        let stance_feet = motion.samples.iter().flat_map(feet_in).map(foot).collect();
+        Case { contacts, supports, waypoints, motion, stance_feet }
     }
 
     /// Makes one check; infinity where it measures no margin.

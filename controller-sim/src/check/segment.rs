@@ -2,7 +2,8 @@
 
 use surefoot_shared_types::message::{Check, Contact, Margins, SupportMode, Waypoint};
 
-use crate::check::motion::SampledMotion;
+use crate::check::motion::{Sample, SampledMotion};
+use crate::check::stance_foot::StanceFoot;
 use crate::statics::sole_support::SoleSupport;
 
 /// A motion within one mode.
@@ -92,9 +93,16 @@ pub(crate) struct Case<'a> {
     pub(crate) waypoints: &'a [Waypoint],
     /// The configurations along the motion.
     pub(crate) motion: SampledMotion,
+    /// The foot of each contact in each sample of the motion, sample by sample.
+    pub(crate) stance_feet: Vec<StanceFoot>,
 }
 
 impl Case<'_> {
+    /// The samples of the motion, each with the feet of the contacts.
+    pub(crate) fn samples_with_feet(&self) -> impl Iterator<Item = (&Sample, &[StanceFoot])> {
+        self.motion.samples.iter().zip(self.stance_feet.chunks(self.contacts.len().max(1)))
+    }
+
     /// The indices of the stance feet.
     pub(crate) fn stance(&self) -> Vec<usize> {
         self.contacts.iter().map(|contact| contact.limb as usize).collect()
