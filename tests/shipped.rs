@@ -28,6 +28,11 @@ fn a_scenario_walks_by_its_name() {
     let output = run_in(folder.path(), &["picture", "plan.json", "walk.png"]);
     assert_eq!((output.code, output.err.as_str()), (0, ""));
     assert!(folder.path().join("walk.png").metadata().unwrap().len() > 10_000);
+    let output = run_in(folder.path(), &["explain", "plan.json"]);
+    assert_eq!((output.code, output.err.as_str()), (0, ""));
+    let steps = " steps in ";
+    let last = "the controller's checks accept this plan\n";
+    assert!(output.out.contains(steps) && output.out.ends_with(last), "{}", output.out);
 }
 
 #[test]

@@ -63,6 +63,8 @@ pub enum Command {
     New(NewArguments),
     /// Draw an exported plan
     Picture(PictureArguments),
+    /// Say what an exported plan does, or why a run found none
+    Explain(ExplainArguments),
     /// Print a shell's completions of these commands
     Completions(CompletionsArguments),
     /// Write the manual pages of all commands to a folder
@@ -94,6 +96,14 @@ pub struct PictureArguments {
     /// The picture: still (.png) or animated (.apng)
     #[arg(value_name = "OUT.png|OUT.apng")]
     pub out: PathBuf,
+}
+
+/// `surefoot explain`.
+#[derive(Debug, Args)]
+pub struct ExplainArguments {
+    /// The exported plan, or the report of a run
+    #[arg(value_name = "PLAN.json|REPORT.json")]
+    pub file: PathBuf,
 }
 
 /// `surefoot completions`.

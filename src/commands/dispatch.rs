@@ -3,8 +3,8 @@
 use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
-    check, completions, config, control, doctor, list, man, monitor, new, picture, plan, prepare,
-    request, walk,
+    check, completions, config, control, doctor, explain, list, man, monitor, new, picture, plan,
+    prepare, request, walk,
 };
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
@@ -27,6 +27,7 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::List(arguments) => list::run(arguments),
         Command::New(arguments) => new::run(arguments),
         Command::Picture(arguments) => picture::run(arguments),
+        Command::Explain(arguments) => explain::run(arguments),
         Command::Completions(arguments) => completions::run(arguments),
         Command::Man(arguments) => man::run(arguments),
     };

@@ -7,6 +7,7 @@ pub mod config;
 pub mod control;
 pub mod dispatch;
 pub mod doctor;
+pub mod explain;
 pub mod list;
 pub mod man;
 pub mod monitor;
