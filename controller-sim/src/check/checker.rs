@@ -10,18 +10,24 @@ use surefoot_shared_types::message::{Contact, Margins, Waypoint};
 use surefoot_shared_types::robot::model::{Link, RobotModel};
 use surefoot_shared_types::world::world::World;
 
-use crate::check::acceleration::{check_acceleration, peak_acceleration};
+use crate::check::acceleration::{
+    check_acceleration, check_stated_accelerations, peak_acceleration,
+};
 use crate::check::allowed_pairs::{allowed_depths, describe};
 use crate::check::balance::{check_balance, friction_reserve};
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
 use crate::check::collision::CollisionModel;
 use crate::check::contact::check_contact;
-use crate::check::limits::{check_limits, check_spacing};
+use crate::check::course::Course;
+use crate::check::dynamic_torque::check_dynamic_torque;
+use crate::check::limits::{check_limits, check_spacing, check_speeds};
 use crate::check::motion::{SampledMotion, Spacing};
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
 use crate::check::torque::{check_torque, least_squares_torque_reserve};
+use crate::check::zero_moment::check_zero_moment;
 use crate::geometry::body::CollisionBody;
 use crate::kinematics::forward::{Configuration, Posture};
+use crate::kinematics::trajectory;
 use crate::statics::contact_load::{ContactLoad, least_squares_load};
 use crate::statics::equilibrium::Equilibrium;
 use crate::statics::error::CheckerError;
@@ -180,10 +186,22 @@ impl Checker {
     }
 
     fn prepare<'a>(&mut self, segment: &MotionSegment<'a>, spacing: Spacing) -> Case<'a> {
-        let MotionSegment { contacts, waypoints, .. } = *segment;
+        let MotionSegment { contacts, waypoints, course, .. } = *segment;
         let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
-        let motion = SampledMotion::new(&self.model, waypoints, spacing);
-        Case { contacts, supports, waypoints, motion }
+        let Course::Smooth(stops) = course else {
+            let motion = SampledMotion::new(&self.model, waypoints, spacing);
+            let (received, instants) = (Vec::new(), Vec::new());
+            let waypoints = waypoints.into();
+            return Case { contacts, supports, waypoints, received, instants, motion };
+        };
+        let (received, knots): (Vec<usize>, Vec<Waypoint>) =
+            trajectory::knots(waypoints).into_iter().unzip();
+        let spacing = Spacing::between(&knots, self.model.joints.len());
+        let motion = SampledMotion::new(&self.model, &knots, spacing);
+        let mut instants: Vec<(usize, Waypoint)> =
+            received.iter().copied().zip(knots.iter().copied()).collect();
+        instants.extend(stops.iter().flat_map(|stop| stop.instants(waypoints)));
+        Case { contacts, supports, waypoints: knots.into(), received, instants, motion }
     }
 
     /// Makes one check; infinity where it measures no margin.
@@ -194,10 +212,28 @@ impl Checker {
         heartbeat: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
         let (model, config) = (&self.model, &self.config);
-        match check {
+        let joints = model.joints.len();
+        let result = match check {
             // A case exists only for waypoints whose spacing holds.
-            PhysicalCheck::Spacing => Ok(f64::INFINITY),
-            PhysicalCheck::Acceleration => check_acceleration(model, case.waypoints),
+            PhysicalCheck::Spacing => return check_speeds(model, &case.instants),
+            PhysicalCheck::Acceleration if case.is_smooth() => {
+                return check_stated_accelerations(model, &case.instants);
+            }
+            PhysicalCheck::ZeroMoment => {
+                return check_zero_moment(model, config, &mut self.equilibrium, case);
+            }
+            PhysicalCheck::DynamicTorque => {
+                let equilibrium = &self.equilibrium;
+                return check_dynamic_torque(
+                    &self.unlocked,
+                    joints,
+                    config,
+                    equilibrium,
+                    case,
+                    heartbeat,
+                );
+            }
+            PhysicalCheck::Acceleration => check_acceleration(model, &case.waypoints),
             PhysicalCheck::Limits => check_limits(model, case),
             PhysicalCheck::Contact => check_contact(model, config, case),
             PhysicalCheck::Balance => check_balance(model, config, &mut self.equilibrium, case),
@@ -208,7 +244,8 @@ impl Checker {
             PhysicalCheck::SelfCollision => {
                 self.collisions.check_self(model, config, case, heartbeat)
             }
-        }
+        };
+        result.map_err(|violation| case.as_received(violation))
     }
 }
 

@@ -96,6 +96,24 @@ fn check_root_step(config: &CheckerConfig, change: &Change) -> Result<(), String
     Ok(())
 }
 
+/// Whether no joint is faster than its limit at the instants of a smooth motion. Measures no
+/// margin.
+///
+/// # Errors
+/// The first joint that is too fast.
+pub fn check_speeds(model: &RobotModel, instants: &[(usize, Waypoint)]) -> Result<f64, Violation> {
+    for (index, instant) in instants {
+        for (joint, speed) in model.joints.iter().zip(&instant.joint_velocity) {
+            let Joint { name, velocity, .. } = joint;
+            if !is_at_most(speed.abs(), velocity + POSITION_ROUNDING) {
+                let detail = format!("joint {name} moves at {speed:.2} a second, limit {velocity}");
+                return Err(Violation::new(Check::Spacing, *index, detail));
+            }
+        }
+    }
+    Ok(f64::INFINITY)
+}
+
 /// The smallest distance of a joint to its position limits, rad or m.
 ///
 /// # Errors

@@ -63,6 +63,17 @@ pub struct Spacing {
     pub changes: Vec<Change>,
 }
 
+impl Spacing {
+    /// The changes between waypoints whose spacing is known to be bounded.
+    pub fn between(waypoints: &[Waypoint], joints: usize) -> Self {
+        let change = |pair: &[Waypoint]| {
+            let [a, b] = [0, 1].map(|end| Configuration::of_waypoint(&pair[end], joints));
+            Change::between(&a, &b)
+        };
+        Self { changes: waypoints.windows(2).map(change).collect() }
+    }
+}
+
 /// A segment's motion.
 pub struct SampledMotion {
     /// The waypoints' configurations.

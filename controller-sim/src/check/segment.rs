@@ -1,7 +1,10 @@
 //! A motion in one mode, and the results of its checks.
 
+use std::borrow::Cow;
+
 use surefoot_shared_types::message::{Check, Contact, Margins, SupportMode, Waypoint};
 
+use crate::check::course::Course;
 use crate::check::motion::SampledMotion;
 use crate::statics::sole_support::SoleSupport;
 
@@ -14,6 +17,8 @@ pub struct MotionSegment<'a> {
     pub contacts: &'a [Contact],
     /// The motion; at least one waypoint.
     pub waypoints: &'a [Waypoint],
+    /// How it goes from waypoint to waypoint.
+    pub course: Course<'a>,
 }
 
 /// A violated check.
@@ -88,13 +93,29 @@ pub(crate) struct Case<'a> {
     pub(crate) contacts: &'a [Contact],
     /// The support of each contact by the world.
     pub(crate) supports: Vec<SoleSupport>,
-    /// The waypoints as received, with their times.
-    pub(crate) waypoints: &'a [Waypoint],
+    /// The waypoints of straight lines: those received, or the knots of a smooth motion.
+    pub(crate) waypoints: Cow<'a, [Waypoint]>,
+    /// For each of `waypoints`, the received one at or before it; empty where they are the same.
+    pub(crate) received: Vec<usize>,
+    /// Instants of a smooth motion with their velocities and accelerations, and the received
+    /// waypoint before each; none in straight lines.
+    pub(crate) instants: Vec<(usize, Waypoint)>,
     /// The configurations along the motion.
     pub(crate) motion: SampledMotion,
 }
 
 impl Case<'_> {
+    /// Whether the motion is smooth.
+    pub(crate) fn is_smooth(&self) -> bool {
+        !self.instants.is_empty()
+    }
+
+    /// A violation at one of `waypoints` with the index of the received one.
+    pub(crate) fn as_received(&self, violation: Violation) -> Violation {
+        let waypoint = self.received.get(violation.waypoint).copied();
+        Violation { waypoint: waypoint.unwrap_or(violation.waypoint), ..violation }
+    }
+
     /// The indices of the stance feet.
     pub(crate) fn stance(&self) -> Vec<usize> {
         self.contacts.iter().map(|contact| contact.limb as usize).collect()

@@ -7,9 +7,10 @@
 use std::cmp::Ordering;
 
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::Margins;
-use surefoot_shared_types::message::chunk::FLAG_LAST;
+use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{
     Check, Contact, Feedback, PlanChunk, SimulationState, SupportMode, Waypoint, WorldCorrection,
 };
@@ -17,6 +18,7 @@ use surefoot_shared_types::world::correction::corrected_digest;
 
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::checker::Checker;
+use crate::check::course::{Course, Stop};
 use crate::check::segment::{MotionSegment, Violation};
 use crate::chunk::continuity::{Stance, check_transition, stance_limbs};
 use crate::chunk::message_check::{Identity, check_identity, check_message};
@@ -26,6 +28,9 @@ use crate::kinematics::forward::{Configuration, Posture};
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
 /// in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
+
+/// The largest speed of a robot at rest, m/s and rad/s: rounding.
+const REST_SPEED_MAX: f64 = 1e-6;
 
 /// How far a sole of the first waypoint may be from the start stance, m: the ground may be up to
 /// 10 cm higher or lower than the stance states.
@@ -62,6 +67,8 @@ pub struct ChunkExecutor {
     finished: bool,
     /// The rest state of the plan.
     rest_state: Option<RestState>,
+    /// The last waypoint of the accepted chunks, at which a smooth plan goes on without a rest.
+    last: Option<Waypoint>,
     /// The actual rest state, if the feet were misplaced.
     actual: Option<RestState>,
     margins: Margins,
@@ -79,10 +86,13 @@ pub struct RestState {
 }
 
 impl RestState {
-    /// At the end of a chunk of a known mode.
+    /// Where the robot rests after a chunk of a known mode.
     fn after(chunk: &PlanChunk) -> Self {
-        let waypoint = chunk.waypoints()[chunk.waypoints().len() - 1];
-        Self { waypoint, mode: mode_of(chunk), contacts: chunk.contacts().to_vec() }
+        Self {
+            waypoint: Stop::rest(chunk),
+            mode: mode_of(chunk),
+            contacts: chunk.contacts().to_vec(),
+        }
     }
 
     /// A foot that stays keeps the pose at which it was set down, so that the deviation allowed
@@ -108,6 +118,7 @@ impl ChunkExecutor {
             stream: Digest::default(),
             finished: false,
             rest_state: None,
+            last: None,
             actual: None,
             margins: Margins::UNMEASURED,
         }
@@ -139,6 +150,7 @@ impl ChunkExecutor {
                 mode,
                 contacts: contacts(limbs),
             }),
+            last: None,
             actual: None,
             margins: feedback.margins,
         }
@@ -194,7 +206,10 @@ impl ChunkExecutor {
             Stage::Continuity => self.check_continuity(chunk, mode_of(chunk))?,
             Stage::Physics => {
                 let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
-                let segment = MotionSegment { mode: mode_of(chunk), contacts, waypoints };
+                let stop = [Stop::of_chunk(chunk)];
+                let is_smooth = Stop::is_smooth(chunk);
+                let course = if is_smooth { Course::Smooth(&stop) } else { Course::Straight };
+                let segment = MotionSegment { mode: mode_of(chunk), contacts, waypoints, course };
                 return self.checker.check_segment(&segment, heartbeat);
             }
         }
@@ -212,6 +227,7 @@ impl ChunkExecutor {
         let mut rest_state = RestState::after(chunk);
         rest_state.keep_contacts_of(self.rest_state.as_ref());
         self.rest_state = Some(rest_state);
+        self.last = chunk.waypoints().last().copied();
         self.actual = None;
     }
 
@@ -246,6 +262,7 @@ impl ChunkExecutor {
 
     /// Ends the plan: the next one must begin at the actual rest state.
     pub fn hold_position(&mut self) {
+        self.last = None;
         if let Some(actual) = self.actual.take() {
             self.rest_state = Some(actual);
         }
@@ -360,10 +377,12 @@ impl ChunkExecutor {
     /// robot stands.
     fn check_continuity(&self, chunk: &PlanChunk, mode: SupportMode) -> Result<(), Violation> {
         let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
+        check_rests(chunk).or_else(bad)?;
         let Some(rest_state) = &self.rest_state else {
             return self.check_start(chunk).or_else(bad);
         };
-        let (first, last) = (&chunk.waypoints()[0], &rest_state.waypoint);
+        let goes_on = self.last.as_ref().filter(|_| !self.starts_plan(chunk));
+        let (first, last) = (&chunk.waypoints()[0], goes_on.unwrap_or(&rest_state.waypoint));
         let jump = largest_difference(last, first);
         if !is_at_most(jump, CONTINUITY_MAX) {
             return bad(format!(
@@ -385,8 +404,28 @@ fn mode_of(chunk: &PlanChunk) -> SupportMode {
     SupportMode::from_wire(chunk.mode).unwrap_or(SupportMode::Double)
 }
 
-/// The largest difference of any coordinate of two waypoints; NaN where one is NaN.
+/// A plan begins and ends at rest, and so does a chunk without a stop in it.
+fn check_rests(chunk: &PlanChunk) -> Result<(), String> {
+    let waypoints = chunk.waypoints();
+    let is_moving = |waypoint: &Waypoint| {
+        let velocities = waypoint.root_velocity.iter().chain(&waypoint.joint_velocity);
+        velocities.into_iter().any(|velocity| !is_at_most(velocity.abs(), REST_SPEED_MAX))
+    };
+    if chunk.flags & FLAG_FIRST != 0 && is_moving(&waypoints[0]) {
+        return Err("the plan begins in motion".to_owned());
+    }
+    let ends = chunk.flags & FLAG_LAST != 0 || chunk.brake_duration == 0.0;
+    if ends && is_moving(&waypoints[waypoints.len() - 1]) {
+        return Err("it ends in motion and names no instant to brake".to_owned());
+    }
+    Ok(())
+}
+
+/// The largest difference of any number of two waypoints but their torques; NaN where one is NaN.
 fn largest_difference(a: &Waypoint, b: &Waypoint) -> f64 {
-    let numbers = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).chain(w.q);
+    let numbers = |w: &Waypoint| {
+        let rates = Waypoint { torque: [0.0; JOINTS_MAX], ..*w }.rates();
+        w.root_position.into_iter().chain(w.root_rotation).chain(w.q).chain(rates)
+    };
     largest(numbers(a).zip(numbers(b)).map(|(x, y)| (x - y).abs()))
 }

@@ -9,14 +9,16 @@ use surefoot_shared_types::base::spatial::Pose;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::chunk::ROOT_FREEDOMS;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
+use surefoot_shared_types::plan_file::ramps::fitting_chunks;
 use surefoot_shared_types::plan_file::read::joint_order;
 use surefoot_shared_types::plan_format::blocks::{
-    ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
+    ChunkBlock, ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
 };
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::check::checker::Checker;
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
+use crate::check::course::{Course, Stop};
 use crate::check::segment::{MotionSegment, Reserves, SegmentReport, Violation};
 use crate::chunk::continuity::{Stance, check_transition, contacts_match};
 use crate::plan::endpoints::{EndpointReport, check_endpoint};
@@ -132,6 +134,9 @@ pub fn check_plan_in(
     notes.extend(checker.unshaped_links().map(|link| {
         format!("not checked for collisions: link {link} has mass and no collision shape")
     }));
+    notes.extend(fitting_chunks(plan).err().map(|reason| {
+        format!("the stops of the plan's chunks are not checked: {reason}; the plan was edited")
+    }));
     notes.extend(checker.allowed_overlaps().iter().cloned());
     let endpoint = |block: &EndBlock, waypoint: &Waypoint| {
         check_endpoint(checker.model(), block, waypoint, &parsed.joint_order)
@@ -152,6 +157,7 @@ pub fn check_plan_in(
             mode: phase.mode,
             contacts: &phase.contacts,
             waypoints: &parsed.waypoints[phase.range.clone()],
+            course: parsed.course(&phase.range),
         };
         let mut found = checker.check_all(&segment);
         found.violations.extend(before.and_then(|before| transition_violation(before, phase)));
@@ -171,6 +177,10 @@ struct ParsedPlan {
     waypoints: Vec<Waypoint>,
     phases: Vec<Phase>,
     joint_order: Vec<usize>,
+    is_smooth: bool,
+    /// The stops of the chunks, and the last waypoint of each.
+    stops: Vec<Stop>,
+    stop_ends: Vec<usize>,
 }
 
 struct Phase {
@@ -203,6 +213,9 @@ impl ParsedPlan {
                 "q has not one entry per joint name",
             ));
         }
+        let chunks = fitting_chunks(plan).unwrap_or_default();
+        let stop =
+            |chunk: &ChunkBlock| Stop { brake_at: chunk.brake_at, seconds: chunk.brake_duration };
         let phase = |(index, block)| {
             phase(model, block, plan.waypoints.len())
                 .map_err(|message| input_error(format!("phase {index}"), message))
@@ -211,7 +224,20 @@ impl ParsedPlan {
             waypoints: plan.waypoints.iter().map(|block| waypoint(block, &joint_order)).collect(),
             phases: plan.phases.iter().enumerate().map(phase).collect::<Result<_, _>>()?,
             joint_order,
+            is_smooth: plan.waypoints.iter().any(|waypoint| !waypoint.velocity.is_empty()),
+            stops: chunks.iter().map(stop).collect(),
+            stop_ends: chunks.iter().map(|chunk| chunk.last).collect(),
         })
+    }
+
+    /// How the robot moves within the waypoints of a phase.
+    fn course(&self, range: &Range<usize>) -> Course<'_> {
+        if !self.is_smooth {
+            return Course::Straight;
+        }
+        let from = self.stop_ends.partition_point(|&end| end <= range.start);
+        let to = self.stop_ends.partition_point(|&end| end < range.end);
+        Course::Smooth(&self.stops[from..to.max(from)])
     }
 }
 

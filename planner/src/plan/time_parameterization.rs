@@ -15,7 +15,8 @@ use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 use crate::plan::tuning::{
-    HALVINGS, JOINT_SPEED_MAX, LIMIT_SHARE, ROOT_SPEED_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    ACCELERATION_SHARE, HALVINGS, JOINT_SPEED_MAX, LIMIT_SHARE, ROOT_SPEED_MAX, SWEEPS,
+    WAYPOINT_INTERVAL_MIN,
 };
 
 /// Most intervals of a chunk.
@@ -52,7 +53,7 @@ impl TimeParameterization {
         };
         Self {
             speeds: limits(|joint| JOINT_SPEED_MAX.min(LIMIT_SHARE * joint.velocity)),
-            accelerations: limits(|joint| LIMIT_SHARE * joint.acceleration),
+            accelerations: limits(|joint| ACCELERATION_SHARE * joint.acceleration),
         }
     }
 
