@@ -6,10 +6,12 @@ use clap::Parser;
 use surefoot::cli::arguments::Arguments;
 use surefoot::commands::dispatch;
 use surefoot::system::allocations::CountingAllocator;
+use surefoot::system::startup;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
+    startup::run();
     ExitCode::from(dispatch::run(&Arguments::parse()))
 }

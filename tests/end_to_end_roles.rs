@@ -100,7 +100,9 @@ fn signals_end_both_processes_and_clean_up() {
         let (ended, err, folder) = walk.end();
         assert_eq!(ended, code, "{err}");
         assert!(!is_alive(&planner) && !is_alive(&controller), "an orphan after {signal}");
-        assert!(!folder.path().join("report.json").exists(), "a partial report");
+        let report: Value =
+            serde_json::from_slice(&fs::read(folder.path().join("report.json")).unwrap()).unwrap();
+        assert_eq!(report["outcome"], "interrupted");
     }
 }
 

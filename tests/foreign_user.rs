@@ -15,7 +15,7 @@ mod command;
 use std::fs;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
-use std::process::{Child, Command};
+use std::process::{Child, Command, Output};
 
 use command::{finish, scenario, surefoot};
 use surefoot_shared_types::instance::instance::Instance;
@@ -113,6 +113,77 @@ fn another_user_cannot_read_write_remove_or_stop() {
     drop(instance);
     let output = finish(control);
     assert_eq!((walked.code, output.code), (0, 0), "{}{}", walked.err, output.err);
+}
+
+/// Runs a shell script in a private namespace with an empty `/dev/shm`; `None` if that is not
+/// permitted. `$SUREFOOT` is the command; `nobody LINE` runs a line as another user.
+fn in_private_memory(script: &str) -> Option<Output> {
+    let prelude = format!(
+        "mount -t tmpfs -o mode=1777,size=256m tmpfs /dev/shm || exit 9; \
+         nobody() {{ setpriv --reuid {OTHER_USER} --regid {OTHER_USER} --clear-groups \
+         sh -c \"$1\"; }}; "
+    );
+    let output = Command::new("unshare")
+        .args(["-m", "sh", "-c", &(prelude + script)])
+        .env("SUREFOOT", env!("CARGO_BIN_EXE_surefoot"))
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output();
+    match output {
+        Ok(output) if output.status.code() != Some(9) => Some(output),
+        _ => {
+            absent::skip("may not mount");
+            None
+        }
+    }
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr].concat()).into_owned()
+}
+
+#[test]
+fn another_user_who_takes_the_folders_name_stops_no_walk() {
+    if !is_root() {
+        return;
+    }
+    let script = format!(
+        "nobody 'mkdir -m 700 /dev/shm/surefoot-0; mkdir /dev/shm/surefoot-0-0123456789abcdef'; \
+         $SUREFOOT walk {} --quiet; code=$?; ls -A /dev/shm; exit $code",
+        scenario("flat_walk")
+    );
+    let Some(output) = in_private_memory(&script) else { return };
+    let text = text(&output);
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    let left: Vec<&str> = text.lines().filter(|line| line.starts_with("surefoot-")).collect();
+    assert_eq!(left, ["surefoot-0", "surefoot-0-0123456789abcdef"], "{text}");
+}
+
+#[test]
+fn files_that_another_user_puts_among_the_segments_stop_no_walk() {
+    if !is_root() {
+        return;
+    }
+    let pair = Pair::start("among");
+    let prefix = pair.instance.segment_prefix().to_owned();
+    let made = as_other_user(&format!(
+        "cd /dev/shm; : > {prefix}a; mkfifo {prefix}b; mkdir {prefix}c; ln -s / {prefix}d; \
+         : > {prefix}e.connection; chmod 200 {prefix}e.connection"
+    ));
+    assert_eq!(made, 0);
+    let Pair { control, instance } = pair;
+    let walked =
+        command::run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", instance.name()]);
+    drop(instance);
+    let output = finish(control);
+    let mut left = 0;
+    for name in ["a", "b", "c", "d", "e.connection"] {
+        let path = PathBuf::from(format!("/dev/shm/{prefix}{name}"));
+        left += usize::from(path.symlink_metadata().is_ok());
+        let _ = if name == "c" { fs::remove_dir(&path) } else { fs::remove_file(&path) };
+    }
+    assert_eq!((walked.code, output.code), (0, 0), "{}{}", walked.err, output.err);
+    assert_eq!(left, 5, "the files of another user are left alone");
 }
 
 #[test]

@@ -118,6 +118,18 @@ fn a_cache_that_cannot_be_written_costs_a_warning() {
 }
 
 #[test]
+fn a_pipe_in_the_caches_place_is_replaced_and_not_waited_for() {
+    let cache = tempfile::tempdir().unwrap();
+    assert_eq!(prepare(ROBOT, cache.path()).code, 0);
+    let kept = files(cache.path());
+    fs::remove_file(&kept[0]).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&kept[0]).status().unwrap().success());
+    let output = prepare(ROBOT, cache.path());
+    assert_eq!((output.code, output.err.as_str()), (0, ""), "{}", output.out);
+    assert!(fs::metadata(&kept[0]).unwrap().is_file());
+}
+
+#[test]
 fn a_robot_that_is_not_there_is_bad_input() {
     let output = prepare("nowhere/robot.toml", Path::new("/nonexistent"));
     assert_eq!((output.code, output.out.as_str()), (2, ""));

@@ -11,6 +11,7 @@ use std::process::{Child, Command};
 use command::{CommandOutput, finish, run, scenario, surefoot};
 use serde_json::Value;
 use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::observer::Observer;
 
 /// A serving planner and a serving controller.
 struct Pair {
@@ -21,10 +22,15 @@ struct Pair {
 
 impl Pair {
     fn start(name: &str) -> Self {
+        Self::start_at_rate(name, None)
+    }
+
+    /// A pair whose robot walks at this rate.
+    fn start_at_rate(name: &str, rate: Option<&str>) -> Self {
         let name = format!("test-{name}-{}", std::process::id());
         let file = scenario("flat_walk");
-        let control =
-            surefoot(&["control", &file, "--instance", &name, "--serve"]).spawn().unwrap();
+        let mut control = surefoot(&["control", &file, "--instance", &name, "--serve"]);
+        let control = control.args(rate.iter().flat_map(|rate| ["--rate", *rate])).spawn().unwrap();
         let plan = surefoot(&["plan", &file, "--instance", &name, "--serve"]).spawn().unwrap();
         while Instance::attach(&name).is_err() {
             std::thread::sleep(std::time::Duration::from_millis(5));
@@ -74,6 +80,9 @@ fn clients_request_one_walk_after_the_other_and_a_monitor_receives_them() {
         output.out,
         output.err
     );
+    for text in [&output.out, &output.err] {
+        assert!(text.contains("no surface is below the sole"), "the reason: {text}");
+    }
     let output = pair.request(&["--start", "1.5,0,4,0", "--goal", "1.5,0,0,0"]);
     assert!(
         output.code == 2 && output.out.starts_with("start_invalid"),
@@ -134,6 +143,124 @@ fn after_a_cancel_the_next_walk_starts_at_the_rest_state() {
     let output = pair.request(&["--goal", "4.0,0,0,0"]);
     assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     pair.end();
+}
+
+/// Waits until the robot has executed at least one chunk; returns the observer.
+fn wait_until_walking(name: &str) -> Observer {
+    let observer = Observer::open(&Instance::attach(name).unwrap()).unwrap();
+    while last_walked(&observer) == 0 {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    observer
+}
+
+/// Chunks that the robot has executed, by the latest feedback; waits for one.
+fn last_walked(observer: &Observer) -> u64 {
+    let mut walked = None;
+    while walked.is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        while let Some(feedback) = observer.feedback().unwrap() {
+            walked = Some(feedback.walked);
+        }
+    }
+    walked.unwrap()
+}
+
+#[test]
+fn a_cancel_is_answered_when_the_walking_robot_stands() {
+    let pair = Pair::start_at_rate("cancel-rate", Some("4"));
+    let goal = ["request", "--instance", &pair.name, "--goal", "4,0,0,0"];
+    let walk = surefoot(&goal).spawn().unwrap();
+    let observer = wait_until_walking(&pair.name);
+    let before = last_walked(&observer);
+    let cancel = pair.request(&["--cancel"]);
+    let at_rest = last_walked(&observer);
+    assert!(
+        cancel.code == 0 && cancel.out.contains("the robot stands after"),
+        "{}{}",
+        cancel.out,
+        cancel.err
+    );
+    let walk = finish(walk);
+    assert!(
+        walk.code == 2 && walk.err.contains("a newer request took its place"),
+        "{}{}",
+        walk.out,
+        walk.err
+    );
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    assert_eq!(last_walked(&observer), at_rest, "the robot stands");
+    assert!(at_rest >= before && at_rest < 68, "{at_rest} chunks, {before} before the cancel");
+    drop(observer);
+    pair.end();
+}
+
+#[test]
+fn a_request_after_an_interrupted_one_is_answered() {
+    let pair = Pair::start_at_rate("interrupted", Some("4"));
+    let goal = ["request", "--instance", &pair.name, "--goal", "9,0,0,0"];
+    let interrupted = surefoot(&goal).spawn().unwrap();
+    drop(wait_until_walking(&pair.name));
+    let id = interrupted.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    assert_eq!(finish(interrupted).code, 130);
+    let output = pair.request(&["--cancel"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    pair.end();
+}
+
+#[test]
+fn twelve_clients_at_once_each_get_an_end() {
+    let pair = Pair::start("twelve");
+    let request = |x: usize| {
+        let goal = format!("1.{x},0,0,0");
+        surefoot(&["request", "--instance", &pair.name, "--goal", &goal]).spawn().unwrap()
+    };
+    let clients: Vec<Child> = (0..12).map(request).collect();
+    let outputs: Vec<CommandOutput> = clients.into_iter().map(finish).collect();
+    for output in &outputs {
+        let is_served = output.code == 0 && output.out.starts_with("accepted: ");
+        let is_replaced = output.code == 2 && output.err.contains("a newer request");
+        assert!(is_served || is_replaced, "{} {}{}", output.code, output.out, output.err);
+    }
+    assert!(outputs.iter().any(|output| output.code == 0), "the last one is served");
+    pair.end();
+}
+
+#[test]
+fn a_second_planner_is_refused_and_the_first_still_serves() {
+    let pair = Pair::start("second");
+    assert_eq!(pair.request(&["--goal", "1.2,0,0,0"]).code, 0);
+    for options in [&["--quiet"][..], &["--serve"]] {
+        let file = scenario("flat_walk");
+        let second = run(&[&["plan", &file, "--instance", &pair.name], options].concat());
+        assert_eq!((second.code, second.err.lines().count()), (2, 1), "{}", second.err);
+        assert!(second.err.contains("another planner plans"), "{}", second.err);
+    }
+    let output = pair.request(&["--goal", "1.5,0,0,0"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    pair.end();
+}
+
+#[test]
+fn a_killed_planner_ends_the_request_of_its_client() {
+    let Pair { name, mut control, mut plan } = Pair::start_at_rate("killed", Some("1"));
+    let goal = ["request", "--instance", &name, "--goal", "4,0,0,0"];
+    let client = surefoot(&goal).spawn().unwrap();
+    let observer = wait_until_walking(&name);
+    plan.kill().unwrap();
+    plan.wait().unwrap();
+    let output = finish(client);
+    assert!(
+        output.code == 2 && output.err.contains("the planner that had this request has ended"),
+        "{}{}",
+        output.out,
+        output.err
+    );
+    control.kill().unwrap();
+    control.wait().unwrap();
+    drop(observer);
+    assert_eq!(Instance::clean_dead().err().map(|error| error.to_string()), None);
 }
 
 #[test]

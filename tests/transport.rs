@@ -22,10 +22,13 @@ use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Check, Margins, PlanChunk, Waypoint, WithCrc};
+use surefoot_shared_types::message::{
+    Check, Feedback, Margins, PlanChunk, Verdict, Waypoint, WithCrc,
+};
 
 /// An instance in a folder of its own. [`TestInstance::close`] checks that no shared memory
 /// remains.
@@ -227,7 +230,7 @@ fn restarted_planners_continue_from_the_acknowledged_chunk() {
         for chunks_max in [5, 60, 61, 150, 1000] {
             let accepted = AtomicUsize::new(0);
             let mut publisher = PlanPublisher::open(&to, random_id()).unwrap();
-            let mut note = |feedback: &surefoot_shared_types::message::Feedback| {
+            let mut note = |feedback: &Feedback| {
                 accepted.store(feedback.next_sequence as usize, Ordering::Relaxed)
             };
             deliveries.push(
@@ -384,5 +387,112 @@ fn a_subscriber_that_never_reads_does_not_block_the_walk() {
     });
     assert_eq!((delivery.outcome, seen.len()), (DeliveryOutcome::Accepted, 100));
     drop((stuck, logger));
+    test_instance.close();
+}
+
+/// Publishes what `forge` makes of every feedback that an observer receives, until `over` is set.
+fn forge(
+    instance: &Instance,
+    over: &AtomicBool,
+    mut forge: impl FnMut(&Feedback) -> Option<Feedback>,
+) {
+    let observer = Observer::open(instance).unwrap();
+    let participant = Participant::open(instance).unwrap();
+    let publisher = participant.feedback.publisher_builder().create().unwrap();
+    while !over.load(Ordering::Relaxed) {
+        while let Some(feedback) = observer.feedback().unwrap() {
+            if let Some(mut forged) = forge(&feedback) {
+                forged.write_crc();
+                publisher.send_copy(forged).unwrap();
+            }
+        }
+        std::thread::sleep(Duration::from_micros(200));
+    }
+}
+
+/// Delivers `chunks` to a controller that takes 2 ms for each, while another process forges
+/// feedback; returns the delivery and the chunks that the controller checked.
+fn deliver_beside(
+    chunks: &[PlanChunk],
+    forging: impl FnMut(&Feedback) -> Option<Feedback> + Send,
+) -> (Delivery, Vec<u64>) {
+    let test_instance = TestInstance::new();
+    let over = AtomicBool::new(false);
+    let found = std::thread::scope(|scope| {
+        let [to, from, beside] = [(); 3].map(|()| test_instance.attach());
+        let over = &over;
+        scope.spawn(move || forge(&beside, over, forging));
+        let controller = scope.spawn(move || {
+            let mut seen = Vec::new();
+            let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
+            let mut check_chunk = accept_all(&mut seen, Duration::from_millis(2));
+            let is_going = || !over.load(Ordering::Relaxed);
+            while is_going() {
+                subscriber.run(&mut check_chunk, &is_going).unwrap();
+                subscriber.linger(&mut check_chunk, None, &is_going).unwrap();
+            }
+            drop(check_chunk);
+            seen
+        });
+        let delivery = deliver(&to, chunks);
+        over.store(true, Ordering::Relaxed);
+        (delivery, controller.join().unwrap())
+    });
+    test_instance.close();
+    found
+}
+
+#[test]
+fn a_forged_refusal_and_a_forged_acceptance_do_not_mislead() {
+    let chunks = plan(60);
+    let end = chunks[59].stream_after();
+    let mut forged = 0;
+    let (delivery, seen) = deliver_beside(&chunks, |feedback| {
+        let next = feedback.next_sequence;
+        if next < 10 * (forged + 1) || next > 50 || feedback.verdict == Verdict::Refused as u32 {
+            return None;
+        }
+        forged += 1;
+        let mut lie = *feedback;
+        if forged % 2 == 1 {
+            (lie.verdict, lie.check) = (Verdict::Refused as u32, Check::Torque as u32);
+            (lie.refused_sequence, lie.refused_waypoint) = (next, 1);
+        } else {
+            (lie.next_sequence, lie.finished, lie.stream) = (60, 1, end);
+        }
+        Some(lie)
+    });
+    assert_eq!((delivery.outcome, delivery.accepted), (DeliveryOutcome::Accepted, 60));
+    assert_eq!(seen, (0..60).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_second_process_that_answers_as_the_controller_ends_the_delivery() {
+    let chunks = plan(2000);
+    let (delivery, seen) = deliver_beside(&chunks, |feedback| {
+        let is_ours = feedback.controller_id == 99;
+        (!is_ours).then_some(Feedback { controller_id: 99, ..*feedback })
+    });
+    assert_eq!(delivery.outcome, DeliveryOutcome::Contradicted);
+    assert_eq!(seen, (0..seen.len() as u64).collect::<Vec<_>>(), "none lost, none twice");
+}
+
+#[test]
+fn a_second_planner_is_refused_and_the_first_delivers() {
+    let test_instance = TestInstance::new();
+    let chunks = plan(20);
+    std::thread::scope(|scope| {
+        let (to, from) = (test_instance.attach(), test_instance.attach());
+        let mut first = PlanPublisher::open(&to, random_id()).unwrap();
+        assert!(matches!(
+            PlanPublisher::open(&test_instance.attach(), random_id()),
+            Err(ChannelError::PlannerTaken)
+        ));
+        let controller = scope.spawn(move || receive(&from, Duration::ZERO));
+        let delivery = first.deliver(&chunks, &mut |_| {}, &|| true).unwrap();
+        assert_eq!(delivery.outcome, DeliveryOutcome::Accepted);
+        drop(first);
+        assert_eq!(controller.join().unwrap().0, StreamEnd::Finished);
+    });
     test_instance.close();
 }

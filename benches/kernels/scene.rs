@@ -69,7 +69,7 @@ pub struct Scene {
 
 impl Scene {
     pub fn new(inputs: Inputs) -> Self {
-        let Inputs { scenario, model, world } = inputs;
+        let Inputs { scenario, model, world, .. } = inputs;
         let robot = Mechanism::new(&model, &scenario.planner).unwrap();
         let collision = CollisionModel::new(&model, &world, scenario.planner.clearance).unwrap();
         let constraints = Constraints::new(robot, collision, scenario.planner);

@@ -11,6 +11,7 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use common::{Case, WALKS, repository, run};
 use surefoot_planner::Outcome;
@@ -109,6 +110,35 @@ fn the_number_of_threads_changes_nothing() {
             assert_eq!(plan(&case, threads, STEP), alone, "{walk} on {threads} threads");
         }
     }
+}
+
+#[test]
+fn helpers_that_come_and_go_change_nothing() {
+    /// Ends the busy loops when it is dropped, also by a panic.
+    struct LoopGuard<'a>(&'a AtomicBool);
+    impl Drop for LoopGuard<'_> {
+        fn drop(&mut self) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+    let is_over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let _guard = LoopGuard(&is_over);
+        for _ in 0..4 {
+            scope.spawn(|| {
+                while !is_over.load(Ordering::Relaxed) {
+                    std::hint::spin_loop();
+                }
+            });
+        }
+        for walk in WALKS {
+            let case = Case::shipped(walk);
+            let alone = plan(&case, 1, STEP);
+            for threads in [2, 3] {
+                assert_eq!(plan(&case, threads, STEP), alone, "{walk} on {threads} threads");
+            }
+        }
+    });
 }
 
 #[test]

@@ -15,23 +15,26 @@ use std::process::Command;
 use iceoryx2::prelude::ZeroCopySend;
 use surefoot_shared_types::base::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
+    REASON_BYTES_MAX, REQUEST_ENDS_MAX,
 };
 use surefoot_shared_types::message::chunk::ROOT_FREEDOMS;
 use surefoot_shared_types::message::layout::Field;
 use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::simulation_state::FootForce;
 use surefoot_shared_types::message::{
-    Contact, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, RestState,
-    SimulationState, Waypoint, WorldCorrection,
+    Contact, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, RequestRecord,
+    RestState, SimulationState, Waypoint, WorldCorrection,
 };
 
-const LIMITS: [(&str, usize); 6] = [
+const LIMITS: [(&str, usize); 8] = [
     ("JOINTS_MAX", JOINTS_MAX),
     ("ROOT_FREEDOMS", ROOT_FREEDOMS),
     ("CHUNK_WAYPOINTS_MAX", CHUNK_WAYPOINTS_MAX),
     ("CONTACTS_MAX", CONTACTS_MAX),
     ("POLYGON_VERTICES_MAX", POLYGON_VERTICES_MAX),
     ("CORRECTIONS_MAX", CORRECTIONS_MAX),
+    ("REQUEST_ENDS_MAX", REQUEST_ENDS_MAX),
+    ("REASON_BYTES_MAX", REASON_BYTES_MAX),
 ];
 
 /// A message in a mirror.
@@ -61,6 +64,7 @@ fn messages() -> Vec<Message> {
         message::<Feedback>("Feedback"),
         message::<StancePoseData>("StancePoseData"),
         message::<PlanRequest>("PlanRequest"),
+        message::<RequestRecord>("RequestRecord"),
         message::<PlanStatus>("PlanStatus"),
         message::<FootForce>("FootForce"),
         message::<SimulationState>("SimulationState"),
@@ -119,6 +123,7 @@ fn write_c_struct(out: &mut String, message: &Message) {
         let c_type = match name.as_str() {
             "u64" => "uint64_t".to_owned(),
             "u32" => "uint32_t".to_owned(),
+            "u8" => "uint8_t".to_owned(),
             "f64" => "double".to_owned(),
             other => format!("surefoot_{other}"),
         };
@@ -182,6 +187,7 @@ fn write_python_class(out: &mut String, message: &Message) {
         let base = match name.as_str() {
             "u64" => "ctypes.c_uint64".to_owned(),
             "u32" => "ctypes.c_uint32".to_owned(),
+            "u8" => "ctypes.c_uint8".to_owned(),
             "f64" => "ctypes.c_double".to_owned(),
             other => other.to_owned(),
         };

@@ -467,7 +467,7 @@ fn broken_robot_files_are_refused() {
             to: "gone.urdf",
             complaint: &["gone.urdf", "cannot be read"],
         },
-        Spoiling { from: "stilts.urdf", to: ".", complaint: &["not a regular file"] },
+        Spoiling { from: "stilts.urdf", to: ".", complaint: &["is a folder"] },
         Spoiling {
             from: "root = \"pelvis\"",
             to: "root = \"imu\"",

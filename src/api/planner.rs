@@ -35,7 +35,8 @@ pub struct PlannerBuilder {
 }
 
 impl PlannerBuilder {
-    /// Number of threads that share the work, 1 by default. It has no influence on the plan.
+    /// Number of threads that share the work, 1 by default; the thread that plans is one of them.
+    /// At most one for each core that the process may use. It has no influence on the plan.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         Self { threads, ..self }

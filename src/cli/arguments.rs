@@ -8,7 +8,7 @@ use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
-use crate::system::cores::{THREADS_MAX, default_threads};
+use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;
@@ -131,6 +131,9 @@ pub struct WalkArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub outputs: OutputArguments,
+    /// The name of the walk's instance [default: walk-PID]
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
     /// Most restarts of processes that were killed, of both together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
@@ -177,7 +180,7 @@ pub struct ControlArguments {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
-    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    #[arg(long, value_name = "quasi_static", value_parser = motion)]
     pub motion: Option<MotionKind>,
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
@@ -274,7 +277,8 @@ fn positive(text: &str) -> Result<f64, String> {
 
 fn motion(name: &str) -> Result<MotionKind, String> {
     MotionKind::from_name(name)
-        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
+        .filter(|motion| MotionKind::PLANNED.contains(&motion.name()))
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::PLANNED.join(", ")))
 }
 
 /// `surefoot monitor`.
@@ -349,10 +353,11 @@ pub struct SearchArguments {
     /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// How the plan moves, instead of the scenario's: in straight lines with rests, or smoothly
-    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    /// How the plan moves, instead of the scenario's
+    #[arg(long, value_name = "quasi_static", value_parser = motion)]
     pub motion: Option<MotionKind>,
-    /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
+    /// Planner threads, at most one for each core; the plan does not depend on them
+    /// [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
     /// Most replans after the controller encountered a world that differs
@@ -366,25 +371,32 @@ pub struct SearchArguments {
 impl SearchArguments {
     /// Planner threads.
     pub fn threads(&self) -> usize {
-        self.threads.map_or_else(default_threads, usize::from)
+        planner_threads(self.threads)
     }
 }
 
 /// The files that a command writes.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
-    /// Write the plan as a biped-plan/1 file
+    /// Write the plan as a biped-plan/1 file (-: to the standard output)
     #[arg(long, value_name = "PLAN.json")]
     pub export: Option<PathBuf>,
-    /// Draw the walk: still (.png) or animated (.apng)
+    /// Draw the walk, or without a plan the search: still (.png) or animated (.apng)
     #[arg(long, value_name = "OUT.png|OUT.apng")]
     pub picture: Option<PathBuf>,
-    /// Write a report
+    /// Write a report (-: to the standard output)
     #[arg(long, value_name = "REPORT.json")]
     pub json: Option<PathBuf>,
     /// Show no progress, only the summary
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl OutputArguments {
+    /// Whether any file is to be written.
+    pub fn names_files(&self) -> bool {
+        [&self.export, &self.picture, &self.json].iter().any(|path| path.is_some())
+    }
 }
 
 /// Options that a supervisor passes to a role's process.
@@ -396,6 +408,9 @@ pub struct RoleArguments {
     /// Report events as JSON lines on stdout, and end with the parent process
     #[arg(long, hide = true)]
     pub report_lines: bool,
+    /// Write the plan to this descriptor, a file in memory, instead of --export
+    #[arg(long, hide = true, value_name = "N")]
+    pub plan_descriptor: Option<u32>,
 }
 
 impl Arguments {

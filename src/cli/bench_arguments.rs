@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::system::cores::{THREADS_MAX, default_threads};
+use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// `surefoot bench`.
 #[derive(Debug, Args)]
@@ -28,10 +28,16 @@ pub enum BenchCommand {
     Steps(StepsArguments),
     /// Growth of the cost with longer scenarios and larger worlds
     Scale(ScaleArguments),
+    /// Two planner threads against one, while busy loops run on some cores
+    Threads(ThreadsArguments),
     /// Chunks over our transport beside raw memory, a socket and plain iceoryx2
     Ipc(IpcArguments),
+    /// Walks and requests with random kills, stops and forged messages: nothing may be lost
+    Soak(SoakArguments),
     /// Success rates of foot placement sampling: figure 4.10 of the thesis, and further features
     Footholds(FootholdsArguments),
+    /// Random goals near the start on a bare floor: success, steps, work and time
+    Goals(GoalsArguments),
 }
 
 /// `surefoot bench thesis`.
@@ -222,6 +228,74 @@ pub struct FootholdsArguments {
     pub json: bool,
 }
 
+/// `surefoot bench threads`.
+#[derive(Debug, Args)]
+pub struct ThreadsArguments {
+    /// Searches on one and on two threads, per scenario and load
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 20,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub scenarios: ScenarioArguments,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench goals`.
+#[derive(Debug, Args)]
+pub struct GoalsArguments {
+    /// The robot
+    #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
+    pub robot: PathBuf,
+    /// Number of goals
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    /// Largest distance of a goal from the start, m
+    #[arg(long, value_name = "M", default_value_t = 1.5)]
+    pub radius: f64,
+    /// Largest turn of a goal against the start, rad
+    #[arg(long, value_name = "RAD", default_value_t = std::f64::consts::PI)]
+    pub turn: f64,
+    /// Distance between the feet at the start and at every goal, m
+    #[arg(long, value_name = "M", default_value_t = 0.2)]
+    pub stance_width: f64,
+    /// Tolerance of the goals' positions, m
+    #[arg(long, value_name = "M", default_value_t = 0.01)]
+    pub position_tolerance: f64,
+    /// Tolerance of the goals' headings, rad
+    #[arg(long, value_name = "RAD", default_value_t = 0.01)]
+    pub yaw_tolerance: f64,
+    /// Work units of each search at most
+    #[arg(long, value_name = "N", default_value_t = 60_000)]
+    pub work: u64,
+    /// The seed of the searches
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// The seed of the goals
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub goals_seed: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub threads: ThreadArguments,
+    /// Write goals.csv into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `surefoot bench ipc`.
 #[derive(Debug, Args)]
 pub struct IpcArguments {
@@ -236,6 +310,37 @@ pub struct IpcArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+/// `surefoot bench soak`.
+#[derive(Debug, Args)]
+pub struct SoakArguments {
+    /// The scenario of the walks
+    #[arg(long, value_name = "SCENARIO", default_value = "stepping_stones")]
+    pub scenario: PathBuf,
+    /// The scenario of the pair that serves requests
+    #[arg(long, value_name = "SCENARIO", default_value = "flat_walk")]
+    pub request_scenario: PathBuf,
+    /// Walks
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub walks: u64,
+    /// Requests
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub requests: u64,
+    /// Begin no further walk or request after this time, s
+    #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = seconds)]
+    pub seconds: f64,
+    /// The seed of the faults
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && *number <= 1e9);
+    number.ok_or_else(|| "a positive number of at most 1e9 is needed".into())
 }
 
 /// The scenarios to run.
@@ -253,7 +358,7 @@ pub struct ScenarioArguments {
 /// The number of planner threads.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadArguments {
-    /// Planner threads [default: 2, or 1 on one core]
+    /// Planner threads, at most one for each core [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
 }
@@ -261,7 +366,6 @@ pub struct ThreadArguments {
 impl ThreadArguments {
     /// Planner threads.
     pub fn count(self) -> NonZeroUsize {
-        NonZeroUsize::new(self.threads.map_or_else(default_threads, usize::from))
-            .unwrap_or(NonZeroUsize::MIN)
+        NonZeroUsize::new(planner_threads(self.threads)).unwrap_or(NonZeroUsize::MIN)
     }
 }

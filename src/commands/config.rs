@@ -5,10 +5,11 @@ use std::ops::Bound;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::parameter::{Parameter, Range, Value};
 use surefoot_shared_types::config::parameter_lines::parameter_lines;
 use surefoot_shared_types::config::parameters::PARAMETERS;
+use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
 
 use crate::cli::arguments::ConfigShowArguments;
@@ -40,8 +41,9 @@ fn configuration(scenario: Option<&Path>) -> Result<Configuration, CommandError>
     let scenario = scenario.map(scenario_path).transpose()?;
     let (planner, checker, execution, lines) = match &scenario {
         Some(path) => {
-            let loaded = load_scenario(path)?;
-            (loaded.planner, loaded.checker, loaded.execution, parameter_lines(path)?)
+            let source = ScenarioSource::read(path)?;
+            let loaded = scenario_of(&source)?;
+            (loaded.planner, loaded.checker, loaded.execution, parameter_lines(&source)?)
         }
         None => Default::default(),
     };

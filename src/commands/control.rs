@@ -26,6 +26,7 @@ use crate::report::event::{CheckSummary, Refusal, RoleEvent};
 use crate::report::liveness;
 use crate::report::reporter::Reporter;
 use crate::system::instance::enter_instance;
+use crate::system::signals;
 
 /// Longest time that the last feedback is repeated for a planner that stays connected.
 const LINGER_TIME_MAX: Duration = Duration::from_secs(10);
@@ -36,9 +37,14 @@ const LINGER_TIME_MAX: Duration = Duration::from_secs(10);
 /// An input cannot be used, the transport fails, or a signal comes.
 pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError> {
     prepare_process(&arguments.role);
+    CommandError::unless_limited()?;
     let mut controller = Controller::open(arguments)?;
+    let _deferral = signals::defer();
     controller.reporter.emit(&RoleEvent::ControllerReady)?;
-    controller.run()
+    match controller.run() {
+        Err(CommandError::Interrupted(_)) if arguments.serve => Ok(CommandOutcome::Done),
+        ended => ended,
+    }
 }
 
 /// A controller that is connected to an instance.
@@ -53,7 +59,7 @@ struct Controller {
 impl Controller {
     fn open(arguments: &ControlArguments) -> Result<Self, CommandError> {
         let overrides = Overrides { seed: arguments.seed, motion: arguments.motion };
-        let Inputs { scenario, model, world } = Inputs::load(&arguments.scenario, overrides)?;
+        let Inputs { scenario, model, world, .. } = Inputs::load(&arguments.scenario, overrides)?;
         let id = random_id();
         let identity = Identity {
             controller_id: id,
@@ -103,7 +109,12 @@ impl Controller {
                     ended = self.receive()?;
                     continue;
                 }
-                StreamEnd::Stopped => return Err(CommandError::interrupted()),
+                StreamEnd::Stopped => {
+                    if self.subscriber.feedback().next_sequence > 0 {
+                        self.report(None)?;
+                    }
+                    return Err(CommandError::interrupted());
+                }
             };
             let is_refused = refusal.is_some();
             self.report(refusal)?;

@@ -31,6 +31,12 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Completions(arguments) => completions::run(arguments),
         Command::Man(arguments) => man::run(arguments),
     };
+    // A signal that came at the very end is not forgotten; a controller that serves ends by one.
+    let ends_by_signal = matches!(&arguments.command, Command::Control(control) if control.serve);
+    let result = match result {
+        Ok(outcome) if !ends_by_signal => CommandError::unless_interrupted().map(|()| outcome),
+        result => result,
+    };
     match result {
         Ok(_) if terminal::has_lost_output() => {
             terminal::print_error(&CommandError::ResultNotPrinted);

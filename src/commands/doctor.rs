@@ -8,12 +8,12 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use surefoot_planner::Planner;
-use surefoot_shared_types::instance::instance::Instance;
 
 use crate::cli::arguments::DoctorArguments;
 use crate::commands::doctor::finding::Finding;
 use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::instance::create_own_instance;
 use crate::system::{cores, terminal};
 
 /// Runs the command.
@@ -42,7 +42,7 @@ pub fn run(arguments: &DoctorArguments) -> Result<CommandOutcome, CommandError> 
 
 /// Whether chunks travel through a private instance.
 fn transport() -> Vec<Finding> {
-    let instance = match Instance::create(&format!("doctor-{}", std::process::id())) {
+    let instance = match create_own_instance("doctor") {
         Ok(instance) => instance,
         Err(error) => return vec![Finding::missing(format!("instance: {error}"))],
     };

@@ -28,7 +28,8 @@ const SILENCE_SECONDS_MAX: f64 = 5.0;
 /// # Errors
 /// There is no such instance, the transport fails, or a signal comes.
 pub fn run(arguments: &MonitorArguments) -> Result<CommandOutcome, CommandError> {
-    signals::install();
+    CommandError::unless_limited()?;
+    let _deferral = signals::defer();
     let name = match &arguments.instance {
         Some(name) => name.clone(),
         None => only_instance(&Instance::running()?)?,

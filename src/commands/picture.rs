@@ -13,10 +13,9 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 /// # Errors
 /// The plan, its robot or its world cannot be used, or the picture cannot be written.
 pub fn run(arguments: &PictureArguments) -> Result<CommandOutcome, CommandError> {
-    output_files::check(&OutputArguments {
-        picture: Some(arguments.out.clone()),
-        ..OutputArguments::default()
-    })?;
+    let outputs =
+        OutputArguments { picture: Some(arguments.out.clone()), ..OutputArguments::default() };
+    output_files::check(&outputs, std::slice::from_ref(&arguments.plan))?;
     let plan = load_plan(&arguments.plan)?;
     let (model, world) = output_files::robot_and_world(&plan, &arguments.plan)?;
     render(&PictureScene::new(&model, &world, &plan)?, &arguments.out)?;

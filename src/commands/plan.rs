@@ -11,18 +11,19 @@ mod serve;
 mod totals;
 
 use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
 
 use surefoot_planner::Planner;
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::PlanChunk;
-use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
+use surefoot_shared_types::plan_file::write::{plan_from_chunks, text_of};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
 
 use crate::cli::arguments::PlanArguments;
 use crate::commands::search_loop;
-use crate::commands::session::{prepare_process, write_report};
+use crate::commands::session::{FinishArguments, finish, prepare_process};
 use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
@@ -30,9 +31,8 @@ use crate::report::event::{PlanResult, RoleEvent};
 use crate::report::liveness;
 use crate::report::reporter::Reporter;
 use crate::report::run_report::Report;
-use crate::report::summary;
 use crate::system::clock::Stopwatch;
-use crate::system::{memory, terminal};
+use crate::system::{memory, signals, terminal};
 
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::totals::Totals;
@@ -48,18 +48,35 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
         lock_memory();
     }
     let inputs = Inputs::load(&arguments.search.scenario, Overrides::of(&arguments.search))?;
-    output_files::check(&arguments.outputs)?;
+    output_files::check_run(&arguments.outputs, &inputs)?;
     let preparation = inputs.preparation(arguments.outputs.quiet || arguments.role.report_lines)?;
     let report = Report::new(inputs.names(), arguments.search.threads());
     let reporter = Reporter::new(arguments.role.report_lines, arguments.outputs.quiet);
+    if arguments.serve && arguments.outputs.names_files() {
+        return Err(CommandError::Usage(
+            "--serve writes no files; leave out --export, --picture and --json".into(),
+        ));
+    }
+    if arguments.instance.is_some() {
+        CommandError::unless_limited()?;
+    }
+    let deferral = signals::defer();
     if arguments.serve {
         return serve::run(arguments, &inputs, preparation, reporter);
     }
     let mut run = Run { arguments, inputs, preparation, report, reporter };
-    run.plan_and_deliver()?;
-    let outcome = write_report(&run.report, arguments.outputs.json.as_deref())?;
-    run.reporter.print(|| summary::text(&run.report));
-    Ok(outcome)
+    let ended = run.plan_and_deliver();
+    drop(deferral);
+    let (result, drawable) = match ended {
+        Ok(drawable) => (Ok(()), drawable),
+        Err(error) => (Err(error), None),
+    };
+    let mut report = std::mem::take(&mut run.report);
+    let end = FinishArguments { outputs: &arguments.outputs, is_role: arguments.role.report_lines };
+    finish(&mut report, end, result, || match &drawable {
+        Some((task, planner)) if !end.is_role => run.draw(task, planner),
+        _ => Ok(()),
+    })
 }
 
 /// Locks this process's memory, including the arenas that are reserved later.
@@ -80,8 +97,12 @@ struct Run<'a> {
     reporter: Reporter,
 }
 
+/// A task and the planner that ended it.
+type Ended = (PlanningTask, Planner);
+
 impl Run<'_> {
-    fn plan_and_deliver(&mut self) -> Result<(), CommandError> {
+    /// Plans and delivers; returns the last search.
+    fn plan_and_deliver(&mut self) -> Result<Option<Ended>, CommandError> {
         let mut publisher = match &self.arguments.instance {
             Some(name) => Some(PlanPublisher::open(&enter_instance(name)?, random_id())?),
             None => None,
@@ -89,9 +110,12 @@ impl Run<'_> {
         let mut task = PlanningTask::first(&self.inputs);
         let mut totals = Totals::default();
         loop {
-            let Some(planner) = self.plan(&mut task)? else { return Ok(()) };
+            let (planner, is_found) = self.plan(&mut task)?;
+            if !is_found {
+                return Ok(Some((task, planner)));
+            }
             self.export(&task, planner.chunks())?;
-            let Some(publisher) = &mut publisher else { return self.draw(&task, planner.chunks()) };
+            let Some(publisher) = &mut publisher else { return Ok(Some((task, planner))) };
             let delivery = self.deliver(publisher, planner.chunks())?;
             totals.add(&delivery);
             let feedback = delivery.feedback.filter(|_| {
@@ -100,7 +124,7 @@ impl Run<'_> {
             });
             let Some(feedback) = feedback else {
                 self.emit(&RoleEvent::Delivered(totals.delivered(&delivery)))?;
-                return self.draw(&task, planner.chunks());
+                return Ok(Some((task, planner)));
             };
             totals.withdraw(&delivery);
             task =
@@ -113,8 +137,8 @@ impl Run<'_> {
     }
 
     /// Searches. If no plan is found, searches again from a state that the robot retraces to.
-    /// Returns the planner that holds the plan, if one is found.
-    fn plan(&mut self, task: &mut PlanningTask) -> Result<Option<Planner>, CommandError> {
+    /// Returns the planner, and whether it holds a plan.
+    fn plan(&mut self, task: &mut PlanningTask) -> Result<(Planner, bool), CommandError> {
         let threads =
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
@@ -139,8 +163,12 @@ impl Run<'_> {
                 // The scenario's stances were valid for the first plan, so this is a failed search.
                 planned.result = PlanResult::NoPlan;
             }
+            if !found && self.arguments.role.report_lines {
+                // The supervisor ends this process when it knows that there is no plan.
+                self.draw(task, &planner)?;
+            }
             self.emit(&RoleEvent::Planned(planned))?;
-            return Ok(found.then_some(planner));
+            return Ok((planner, found));
         }
     }
 
@@ -151,11 +179,13 @@ impl Run<'_> {
     ) -> Result<Delivery, CommandError> {
         let mut accepted = 0;
         let total = chunks.len() as u64;
+        let plan = chunks.first().map(|chunk| (chunk.plan_id, chunk.epoch));
         let delivery = publisher.deliver(
             chunks,
             &mut |feedback| {
-                if feedback.next_sequence != accepted {
-                    accepted = feedback.next_sequence;
+                let is_of_plan = Some((feedback.plan_id, feedback.epoch)) == plan;
+                if is_of_plan && feedback.next_sequence.min(total) != accepted {
+                    accepted = feedback.next_sequence.min(total);
                     // The final event repeats the number, so a lost one does no harm.
                     let _ = self.emit(&RoleEvent::Delivering { accepted, chunks: total });
                 }
@@ -166,34 +196,42 @@ impl Run<'_> {
     }
 
     fn export(&self, task: &PlanningTask, chunks: &[PlanChunk]) -> Result<(), CommandError> {
-        match &self.arguments.outputs.export {
-            Some(path) => Ok(save(&self.plan_file(task, chunks, path), path)?),
-            None => Ok(()),
+        let export = self.arguments.outputs.export.as_deref();
+        if let Some(number) = self.arguments.role.plan_descriptor {
+            let place = export.unwrap_or(Path::new("-"));
+            let text = text_of(&self.plan_file(task, chunks, place), place)?;
+            let path = PathBuf::from(format!("/proc/self/fd/{number}"));
+            return std::fs::write(&path, text)
+                .map_err(|error| CommandError::Output { path, reason: error.to_string() });
         }
-    }
-
-    fn draw(&self, task: &PlanningTask, chunks: &[PlanChunk]) -> Result<(), CommandError> {
-        match &self.arguments.outputs.picture {
+        match export {
             Some(path) => {
-                output_files::draw(&self.inputs, &self.plan_file(task, chunks, path), path)
+                output_files::write(&text_of(&self.plan_file(task, chunks, path), path)?, path)
             }
             None => Ok(()),
         }
     }
 
+    /// Draws the plan, or the search that found none. The supervisor draws the plan of a walk.
+    fn draw(&self, task: &PlanningTask, planner: &Planner) -> Result<(), CommandError> {
+        let Some(path) = &self.arguments.outputs.picture else { return Ok(()) };
+        if planner.chunks().is_empty() {
+            return output_files::draw_search(&self.inputs, &task.scenario, &planner.trace(), path);
+        }
+        if self.arguments.role.report_lines {
+            return Ok(());
+        }
+        output_files::draw(&self.inputs, &self.plan_file(task, planner.chunks(), path), path)
+    }
+
     /// The plan as a file in the folder of `path`.
-    fn plan_file(
-        &self,
-        task: &PlanningTask,
-        chunks: &[PlanChunk],
-        path: &std::path::Path,
-    ) -> PlanFile {
+    fn plan_file(&self, task: &PlanningTask, chunks: &[PlanChunk], path: &Path) -> PlanFile {
         plan_from_chunks(
             &self.inputs.model,
             &task.world,
             &task.scenario,
             chunks,
-            &output_files::folder_of(path),
+            &output_files::plan_folder(path),
         )
     }
 

@@ -4,7 +4,7 @@ use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
-use crate::report::event::{Bottleneck, Diagnosis, Planned, RoleEvent, SearchProgress};
+use crate::report::event::{Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress};
 use crate::report::liveness;
 use crate::system::clock::Stopwatch;
 use crate::system::{allocations, signals};
@@ -12,13 +12,13 @@ use crate::system::{allocations, signals};
 /// Fewest work units between two readings of the clock: a fraction of a second. The plan does not
 /// depend on it.
 const WORK_PER_STEP_MIN: u64 = 20_000;
-/// A long search reads the clock after one part in this many of its work so far. Entering the
-/// planner's thread pool so seldom does not make its queue grow.
+/// A long search reads the clock after one part in this many of its work so far.
 const SHARE_PER_STEP: u64 = 16;
 /// Time between two progress events, s.
 const EMIT_INTERVAL_SECONDS: f64 = 0.1;
 
-/// Advances `planner` until its search ends. Reports its progress at intervals.
+/// Advances `planner` until its search ends. Reports its progress at intervals, and its results so
+/// far if a signal comes.
 ///
 /// # Errors
 /// A signal comes, or reporting fails.
@@ -27,8 +27,12 @@ pub fn run(
     work_max: u64,
     emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
 ) -> Result<Planned, CommandError> {
-    let ended = run_until(planner, work_max, emit, &mut || false)?;
-    ended.ok_or_else(CommandError::interrupted)
+    let watch = Stopwatch::start();
+    if let Some(planned) = run_until(planner, work_max, emit, &mut || false)? {
+        return Ok(planned);
+    }
+    emit(&RoleEvent::Planned(planned(planner, None, watch.seconds(), 0)))?;
+    Err(CommandError::interrupted())
 }
 
 /// Like [`run`], but returns `None` if a signal comes or `is_over` returns true between two steps.
@@ -50,7 +54,7 @@ pub fn run_until(
         let status = planner.step_while(work, &liveness::keep_going);
         allocations += allocations::count() - before;
         if let Status::Done(outcome) = status {
-            return Ok(Some(planned(planner, &outcome, watch.seconds(), allocations)));
+            return Ok(Some(planned(planner, Some(&outcome), watch.seconds(), allocations)));
         }
         if signals::raised().is_some() || is_over() {
             return Ok(None);
@@ -73,19 +77,27 @@ fn search_progress(planner: &Planner, work_max: u64) -> SearchProgress {
     }
 }
 
-fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations: u64) -> Planned {
+/// What a search has found; without an outcome a signal ended it.
+fn planned(
+    planner: &Planner,
+    outcome: Option<&Outcome>,
+    plan_seconds: f64,
+    allocations: u64,
+) -> Planned {
     let stats = planner.stats();
-    let found = *outcome == Outcome::Found;
+    let found = outcome == Some(&Outcome::Found);
+    let bound = outcome.and_then(Outcome::bound);
+    let stopped = || "stopped before a plan was found".to_owned();
     Planned {
-        result: outcome.into(),
-        outcome: outcome.name().to_owned(),
-        bound: outcome.bound().map(str::to_owned),
-        description: describe(planner, outcome),
+        result: outcome.map_or(PlanResult::Stopped, PlanResult::from),
+        outcome: outcome.map_or("interrupted", Outcome::name).to_owned(),
+        bound: bound.map(str::to_owned),
+        description: outcome.map_or_else(stopped, |outcome| describe(planner, outcome)),
         digest: found.then(|| planner.digest().to_string()),
         plan_seconds,
         work: stats.work,
         sequences: stats.sequences,
-        diagnosis: outcome.bound().map(|_| Box::new(diagnosis(planner))),
+        diagnosis: (bound.is_some() || outcome.is_none()).then(|| Box::new(diagnosis(planner))),
         route_edges: stats.route_edges.edges,
         route_edges_possible: stats.route_edges.possible,
         primitives: stats.primitives,

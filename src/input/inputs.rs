@@ -1,22 +1,24 @@
 //! The inputs of a run: scenario, robot and world.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use surefoot_planner::preparation::Preparation;
-use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::MotionKind;
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
+use surefoot_shared_types::{InputError, Shape};
 
 use crate::cli::arguments::SearchArguments;
 use crate::input::preparation_cache;
 use crate::input::shipped::scenario_path;
 use crate::report::command_error::CommandError;
 use crate::report::run_report::RunNames;
+use crate::system::signals::{self, Activity};
 
 /// What the command line sets instead of the scenario file.
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,6 +38,8 @@ pub struct Inputs {
     pub model: RobotModel,
     /// Its world.
     pub world: World,
+    /// The scenario's text, if it came from a pipe, which gives it only once.
+    pub piped_scenario: Option<String>,
 }
 
 impl Overrides {
@@ -63,10 +67,14 @@ impl Inputs {
     /// # Errors
     /// One of the files cannot be used.
     pub fn load(path: &Path, overrides: Overrides) -> Result<Self, InputError> {
-        let scenario = overrides.apply(load_scenario(&scenario_path(path)?)?);
+        signals::set_activity(Activity::Reading);
+        let source = ScenarioSource::read(&scenario_path(path)?)?;
+        let scenario = overrides.apply(scenario_of(&source)?);
         let model = load_robot(&scenario.robot_path)?;
         let world = load_world(&scenario.world_path)?;
-        Ok(Self { scenario, model, world })
+        signals::set_activity(Activity::Other);
+        let piped_scenario = source.piped_text().map(str::to_owned);
+        Ok(Self { scenario, model, world, piped_scenario })
     }
 
     /// The robot's preparation, from the cache or built now. `quiet` shows no progress.
@@ -75,6 +83,18 @@ impl Inputs {
     /// The planner cannot move the robot.
     pub fn preparation(&self, quiet: bool) -> Result<Preparation, CommandError> {
         Ok(preparation_cache::obtain(&self.model, &self.scenario.planner, quiet)?.preparation)
+    }
+
+    /// The files that were read.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let meshes = self.world.shapes.iter().filter_map(|shape| match &shape.shape {
+            Shape::Mesh { source: Some(source), .. } => Some(source.path.clone()),
+            _ => None,
+        });
+        let scenario = &self.scenario;
+        let named = [&scenario.path, &scenario.robot_path, &scenario.world_path];
+        let named = named.into_iter().chain([&self.model.urdf_path]).cloned();
+        named.chain(meshes).collect()
     }
 
     /// The names of the inputs in reports.

@@ -1,12 +1,13 @@
 //! The files that a run writes. Their paths are checked before the run; each is written completely
 //! or not at all.
 
-use std::fs::Permissions;
-use std::io::Write;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use surefoot_planner::pipeline::SearchTrace;
+use surefoot_shared_types::base::whole_file;
+use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::plan_file::write::{check_file_names, plan_from_chunks};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
 use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::RobotModel;
@@ -18,45 +19,71 @@ use crate::input::inputs::Inputs;
 use crate::picture::PictureScene;
 use crate::picture::render::{check_extension, render};
 use crate::report::command_error::CommandError;
+use crate::system::signals::{self, Activity};
 
 /// Checks that every requested file can be written, so that a long run does not fail at its end.
 ///
 /// # Errors
-/// A folder is missing or cannot be written to, a path is a folder, a device or a link, two paths
-/// are equal, or a picture's extension is unknown.
-pub fn check(outputs: &OutputArguments) -> Result<(), CommandError> {
+/// As [`check`]; also if the plan would name one of its inputs by a path that is no text.
+pub fn check_run(outputs: &OutputArguments, inputs: &Inputs) -> Result<(), CommandError> {
+    check(outputs, &inputs.files())?;
+    match &outputs.export {
+        Some(path) => check_plan_names(path, inputs),
+        None => Ok(()),
+    }
+}
+
+/// Checks that every requested file can be written, and that none is one of `inputs`.
+///
+/// # Errors
+/// A folder is missing or cannot be written to, a path is a folder or write-protected, two paths
+/// name one file, a path names an input, or a picture's extension is unknown.
+pub fn check(outputs: &OutputArguments, inputs: &[PathBuf]) -> Result<(), CommandError> {
     if let Some(picture) = &outputs.picture {
         check_extension(picture)?;
     }
     let paths: Vec<&PathBuf> =
         [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().collect();
     paths.iter().try_for_each(|path| check_path(path))?;
-    check_distinct(&paths)
+    check_distinct(&paths, inputs)
 }
 
-/// Refuses two paths of the same file.
-fn check_distinct(paths: &[&PathBuf]) -> Result<(), CommandError> {
-    let location = |path: &Path| {
-        (folder_of(path).canonicalize().ok(), path.file_name().map(std::ffi::OsStr::to_owned))
-    };
-    let is_repeated = |index: &usize| {
-        paths[..*index].iter().any(|before| location(before) == location(paths[*index]))
-    };
-    match (0..paths.len()).find(is_repeated) {
-        Some(index) => {
-            Err(unwritable(paths[index], "two outputs have this path; use different paths"))
+/// Refuses two paths of the same file, and a path of an input.
+fn check_distinct(outputs: &[&PathBuf], inputs: &[PathBuf]) -> Result<(), CommandError> {
+    let inputs: Vec<PathBuf> =
+        inputs.iter().filter_map(|path| whole_file::target_of(path)).collect();
+    for (index, path) in outputs.iter().enumerate() {
+        let Some(target) = whole_file::target_of(path) else { continue };
+        let is_same = |other: &&PathBuf| whole_file::target_of(other).as_ref() == Some(&target);
+        if outputs[..index].iter().any(is_same) {
+            return Err(unwritable(path, "two outputs have this path; use different paths"));
         }
-        None => Ok(()),
+        if inputs.contains(&target) {
+            return Err(unwritable(path, "it is a file that this run reads; use another path"));
+        }
     }
+    Ok(())
+}
+
+fn check_plan_names(path: &Path, inputs: &Inputs) -> Result<(), CommandError> {
+    let plan =
+        plan_from_chunks(&inputs.model, &inputs.world, &inputs.scenario, &[], &plan_folder(path));
+    check_file_names(&plan).map_err(|(element, message)| {
+        unwritable(path, &format!("a plan file cannot name its inputs: {element}: {message}"))
+    })
 }
 
 /// Draws a plan.
 ///
 /// # Errors
-/// The plan cannot be drawn or the file cannot be written.
+/// The plan cannot be drawn or the file cannot be written, or a signal comes.
 pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), CommandError> {
+    signals::set_activity(Activity::Drawing);
+    CommandError::unless_interrupted()?;
     let scene = PictureScene::new(&inputs.model, &inputs.world, plan)?;
-    Ok(render(&scene, path)?)
+    render(&scene, path)?;
+    signals::set_activity(Activity::Other);
+    Ok(())
 }
 
 /// The robot and the world that an exported plan names, by paths relative to its file.
@@ -72,6 +99,24 @@ pub fn robot_and_world(
     Ok((model, world_from_block(&plan.scene, base_dir, plan_path)?))
 }
 
+/// Draws a search that found no plan.
+///
+/// # Errors
+/// As [`draw`].
+pub fn draw_search(
+    inputs: &Inputs,
+    scenario: &Scenario,
+    trace: &SearchTrace,
+    path: &Path,
+) -> Result<(), CommandError> {
+    signals::set_activity(Activity::Drawing);
+    CommandError::unless_interrupted()?;
+    let scene = PictureScene::of_search(&inputs.model, &inputs.world, scenario, trace)?;
+    render(&scene, path)?;
+    signals::set_activity(Activity::Other);
+    Ok(())
+}
+
 /// Checks that files can be written into a folder.
 ///
 /// # Errors
@@ -83,15 +128,25 @@ pub fn check_folder(folder: &Path) -> Result<(), CommandError> {
     check_path(&folder.join("a file"))
 }
 
+/// Writes a file. A signal during the write of a regular file is recorded.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write(bytes: &[u8], path: &Path) -> Result<(), CommandError> {
+    // A reader of a pipe may be slow for ever.
+    let _deferral = (!whole_file::is_stream(path)).then(signals::defer);
+    signals::set_activity(Activity::Writing);
+    let written = whole_file::write(path, bytes).map_err(|reason| unwritable(path, &reason));
+    signals::set_activity(Activity::Other);
+    written
+}
+
 /// Writes a text file.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write_text(text: &str, path: &Path) -> Result<(), CommandError> {
-    let failed = |error: std::io::Error| unwritable(path, &error.to_string());
-    let mut file = temporary_beside(path).map_err(failed)?;
-    file.write_all(text.as_bytes()).map_err(failed)?;
-    file.persist(path).map(drop).map_err(|error| failed(error.error))
+    write(text.as_bytes(), path)
 }
 
 /// Writes a value as a JSON file.
@@ -104,36 +159,23 @@ pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), CommandErro
     write_text(&format!("{text}\n"), path)
 }
 
-/// The folder of a file.
-pub fn folder_of(path: &Path) -> PathBuf {
-    path.parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .map_or_else(|| PathBuf::from("."), Path::to_owned)
+/// The folder that the paths in a plan file refer to: the file's, for a stream the working folder.
+pub fn plan_folder(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match folder {
+        Some(folder) if !whole_file::is_stream(path) => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// Whether a run writes one of its files to the standard output, which its summary leaves then.
+pub fn use_standard_output(outputs: &OutputArguments) -> bool {
+    let paths = [&outputs.export, &outputs.picture, &outputs.json];
+    paths.into_iter().flatten().any(|path| whole_file::is_standard_output(path))
 }
 
 fn check_path(path: &Path) -> Result<(), CommandError> {
-    if path.is_dir() || path.file_name().is_none() {
-        return Err(unwritable(path, "it is a folder; name a file in it"));
-    }
-    if !folder_of(path).is_dir() {
-        return Err(unwritable(path, "its folder does not exist; create it first"));
-    }
-    if std::fs::symlink_metadata(path).is_ok_and(|there| !there.is_file()) {
-        return Err(unwritable(path, "it exists and is not a regular file; choose another name"));
-    }
-    temporary_beside(path)
-        .map(drop)
-        .map_err(|error| unwritable(path, &format!("{error}; choose another folder")))
-}
-
-fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
-    // The permissions of an ordinary new file; the process's mask still applies.
-    let readable = Permissions::from_mode(0o666);
-    tempfile::Builder::new()
-        .prefix(".surefoot-")
-        .suffix(".tmp")
-        .permissions(readable)
-        .tempfile_in(folder_of(path))
+    whole_file::check(path).map_err(|reason| unwritable(path, &reason))
 }
 
 fn unwritable(path: &Path, reason: &str) -> CommandError {

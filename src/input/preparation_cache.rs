@@ -3,19 +3,22 @@
 //! A damaged file is built again. If nothing can be saved, a warning is printed.
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::Read;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::whole_file;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
 use crate::report::command_error::CommandError;
 use crate::system::clock::Stopwatch;
+use crate::system::signals::{self, Activity};
 use crate::system::terminal;
 
 /// Steps of the progress bar.
@@ -99,10 +102,22 @@ fn warn(reason: &str) {
     ));
 }
 
-/// The preparation for `key` in the cache; `None` if it is missing or damaged.
+/// The preparation for `key` in the cache; `None` if it is missing, damaged or no regular file.
 fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
-    let preparation = Preparation::from_bytes(&std::fs::read(path).ok()?, key).ok()?;
+    let preparation = Preparation::from_bytes(&read_regular_file(path)?, key).ok()?;
     Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()) })
+}
+
+/// The content of a regular file. A pipe or a device is not waited for.
+fn read_regular_file(path: &Path) -> Option<Vec<u8>> {
+    let mut options = std::fs::OpenOptions::new();
+    let mut file = options.read(true).custom_flags(libc::O_NONBLOCK).open(path).ok()?;
+    if !file.metadata().ok()?.is_file() {
+        return None;
+    }
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).ok()?;
+    Some(bytes)
 }
 
 fn build(
@@ -110,11 +125,13 @@ fn build(
     config: &PlannerConfig,
     quiet: bool,
 ) -> Result<Vec<u64>, CommandError> {
+    signals::set_activity(Activity::Preparing);
     let bar = if quiet || !terminal::is_watched() { ProgressBar::hidden() } else { new_bar() };
     let built = surefoot_planner::preparation::build(model, config, &|share| {
         bar.set_position((BAR_STEPS * share) as u64)
     });
     bar.finish_and_clear();
+    signals::set_activity(Activity::Other);
     built.map_err(|source| CommandError::Robot { urdf: model.urdf_path.clone(), source })
 }
 
@@ -131,7 +148,10 @@ fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     std::fs::create_dir_all(folder).map_err(failed)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
-    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
-    file.persist(path).map(drop).map_err(|error| failed(error.error))
+    let _deferral = signals::defer();
+    if path.symlink_metadata().is_ok_and(|there| !there.is_file()) {
+        // A pipe in the file's place would be written to, and nobody reads it.
+        std::fs::remove_file(path).map_err(failed)?;
+    }
+    whole_file::write(path, bytes).map_err(|reason| format!("{}: {reason}", path.display()))
 }

@@ -3,13 +3,14 @@
 //! The files of `configs/` are part of the program (`build.rs`). A scenario is named without a path
 //! and an extension; its files are then written to the user's cache folder and read from there.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use surefoot_shared_types::InputError;
+use surefoot_shared_types::base::whole_file;
 
 use crate::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
+use crate::system::signals;
 
 /// Every file: its path below `configs/` and its bytes.
 static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped_files.rs"));
@@ -78,12 +79,14 @@ pub fn bytes_of(path: &str) -> Option<&'static [u8]> {
 /// There is neither, or the shipped files cannot be written to the cache folder.
 pub fn scenario_path(argument: &Path) -> Result<PathBuf, InputError> {
     let is_name = argument.extension().is_none() && argument.components().count() == 1;
-    if !is_name || argument.is_file() {
+    let is_there = std::fs::metadata(argument).is_ok_and(|found| !found.is_dir());
+    if !is_name || is_there || argument == Path::new("-") {
         return Ok(argument.to_owned());
     }
     let name = argument.to_string_lossy();
     match shipped(ShippedKind::Scenario).find(|input| input.name == name) {
         Some(input) => Ok(unpack(argument)?.join(input.path)),
+        None if argument.exists() => Ok(argument.to_owned()),
         None => Err(InputError::file(argument, no_such_scenario(&name))),
     }
 }
@@ -138,12 +141,11 @@ fn digest() -> String {
 }
 
 /// Writes a file completely or not at all; several processes may do so at once.
-fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)?;
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(bytes)?;
-    file.persist(path).map(drop).map_err(|error| error.error)
+    std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
+    let _deferral = signals::defer();
+    whole_file::write(path, bytes)
 }
 
 #[cfg(test)]

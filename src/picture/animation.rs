@@ -41,6 +41,9 @@ pub fn still(scene: &PictureScene) -> Image {
 
 /// The robot walking.
 pub fn frames(scene: &PictureScene) -> Vec<Image> {
+    if scene.motion.len() == 1 {
+        return fixed(scene, &[0.0]);
+    }
     let moments = scene
         .motion
         .evenly_timed((FRAMES_PER_STANCE * scene.stances.len()).clamp(FRAMES_MIN, FRAMES_MAX));

@@ -74,6 +74,16 @@ pub fn goal_colour() -> Colour {
     Colour::srgb(0xE2483A)
 }
 
+/// The place where a search failed most often.
+pub fn bottleneck_colour() -> Colour {
+    Colour::srgb(0xE08A00)
+}
+
+/// The lines of a search: what it explored, and its guide route.
+pub fn search_colours() -> [Colour; 2] {
+    [Colour::srgb(0x2A5A9A), Colour::srgb(0xE0A400)]
+}
+
 /// The robot a fraction `t` of the way through its walk: blue, violet, red.
 pub fn robot_colour(t: f32) -> Colour {
     let middle = Colour::srgb(0x9A63C9);

@@ -12,12 +12,12 @@ pub enum PictureError {
         path: PathBuf,
     },
     /// The file cannot be written.
-    #[error("{}: cannot write the picture: {source}; choose another folder", path.display())]
+    #[error("{}: cannot write the picture: {reason}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
-        source: std::io::Error,
+        /// The reason.
+        reason: String,
     },
     /// The plan does not belong to the robot, or contradicts itself.
     #[error("the plan cannot be drawn: {reason}; export it again from the same robot")]

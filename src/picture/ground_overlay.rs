@@ -5,6 +5,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile};
 use surefoot_shared_types::robot::model::RobotModel;
 
+use crate::picture::colour::{Colour, bottleneck_colour, goal_colour, start_colour};
 use crate::picture::error::PictureError;
 use crate::picture::motion::{PlanMotion, pose_of};
 use crate::picture::surface::Surface;
@@ -48,11 +49,31 @@ pub struct Stance {
     pub polygon: Vec<DVec3>,
 }
 
-/// An end of the walk: rings on the ground.
+/// Rings on the ground: an end of the walk, or the place where a search failed most often.
 #[derive(Debug, Clone)]
 pub struct EndpointMarker {
     /// The rings.
     pub rings: Surface,
+    /// Their colour.
+    pub colour: Colour,
+}
+
+impl EndpointMarker {
+    /// One ring for the start.
+    pub fn start(centre: DVec3) -> Self {
+        Self { rings: rings(centre, &[END_RADIUS]), colour: start_colour() }
+    }
+
+    /// Two rings for the goal.
+    pub fn goal(centre: DVec3) -> Self {
+        Self { rings: rings(centre, &[END_RADIUS, 0.55 * END_RADIUS]), colour: goal_colour() }
+    }
+
+    /// Three narrow rings for the place where a search failed most often.
+    pub fn bottleneck(centre: DVec3) -> Self {
+        let radii = [0.6, 0.4, 0.2].map(|share| share * END_RADIUS);
+        Self { rings: rings(centre, &radii), colour: bottleneck_colour() }
+    }
 }
 
 /// The footholds of a plan in the order of their use, and its stances.
@@ -143,16 +164,18 @@ pub fn endpoint_markers(
     plan: &PlanFile,
     motion: &PlanMotion,
     footholds: &[Foothold],
-) -> [EndpointMarker; 2] {
+) -> Vec<EndpointMarker> {
     let (start, start_radius) =
         endpoint_disc(&plan.start, motion.world_from_root(0).translation.truncate());
     let (goal, goal_radius) =
         endpoint_disc(&plan.goal, motion.world_from_root(motion.len() - 1).translation.truncate());
     let start = start.extend(height_near(start, footholds));
     let goal = goal.extend(height_near(goal, footholds));
-    [
-        EndpointMarker { rings: rings(start, &[start_radius]) },
-        EndpointMarker { rings: rings(goal, &[goal_radius, 0.55 * goal_radius]) },
+    let start = rings(start, &[start_radius]);
+    let goal = rings(goal, &[goal_radius, 0.55 * goal_radius]);
+    vec![
+        EndpointMarker { rings: start, colour: start_colour() },
+        EndpointMarker { rings: goal, colour: goal_colour() },
     ]
 }
 

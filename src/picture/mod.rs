@@ -14,6 +14,7 @@ pub(crate) mod raster;
 pub mod render;
 pub(crate) mod renderer;
 pub(crate) mod scene;
+pub(crate) mod search_scene;
 pub(crate) mod stroke;
 pub(crate) mod surface;
 pub(crate) mod tessellate;

@@ -63,6 +63,12 @@ impl PlanMotion {
         Ok(Self { kinematics: Kinematics::new(model), moments })
     }
 
+    /// The robot that stays in its standing posture.
+    pub fn standing(model: &RobotModel, world_from_root: Pose) -> Self {
+        let moment = Moment { time: 0.0, world_from_root, q: model.standing_q.clone() };
+        Self { kinematics: Kinematics::new(model), moments: vec![moment] }
+    }
+
     /// The number of waypoints, at least 1.
     pub fn len(&self) -> usize {
         self.moments.len()

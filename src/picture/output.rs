@@ -1,13 +1,14 @@
 //! PNG and APNG files, complete or not at all.
 
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder, EncodingError, Filter};
 
+use surefoot_shared_types::base::whole_file;
+
 use crate::picture::camera::Size;
 use crate::picture::error::PictureError;
+use crate::system::signals;
 
 /// A finished picture: sRGB, three bytes a pixel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -71,35 +72,16 @@ fn encoder<W: std::io::Write>(
     encoder
 }
 
-/// Writes beside `path` first and moves the whole file into place.
+/// Draws into memory and writes the whole file.
 fn replace(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), EncodingError>,
+    write: impl FnOnce(&mut Vec<u8>) -> Result<(), EncodingError>,
 ) -> Result<(), PictureError> {
-    let failed = |source: std::io::Error| PictureError::Write { path: path.to_owned(), source };
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .map_or_else(|| PathBuf::from("."), Path::to_owned);
-    let temporary = tempfile::Builder::new()
-        .prefix(".surefoot-")
-        .suffix(".tmp")
-        .permissions(readable())
-        .tempfile_in(folder)
-        .map_err(failed)?;
-    let mut file = BufWriter::new(temporary.as_file());
-    write(&mut file).map_err(|source| match source {
-        EncodingError::IoError(source) => failed(source),
-        other => failed(std::io::Error::other(other)),
-    })?;
-    file.flush().map_err(failed)?;
-    drop(file);
-    temporary.persist(path).map(drop).map_err(|error| failed(error.error))
-}
-
-/// The permissions of an ordinary new file (the process's mask still applies).
-fn readable() -> std::fs::Permissions {
-    std::os::unix::fs::PermissionsExt::from_mode(0o666)
+    let failed = |reason: String| PictureError::Write { path: path.to_owned(), reason };
+    let mut bytes = Vec::new();
+    write(&mut bytes).map_err(|error| failed(error.to_string()))?;
+    let _deferral = signals::defer();
+    whole_file::write(path, &bytes).map_err(failed)
 }
 
 /// A rectangle of a picture.
@@ -146,6 +128,7 @@ impl Patch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::File;
 
     const SIZE: Size = Size { width: 6, height: 4 };
 

@@ -5,9 +5,7 @@ use rayon::prelude::*;
 
 use crate::picture::camera::Size;
 use crate::picture::canvas::{Canvas, blend};
-use crate::picture::colour::{
-    Colour, Encoder, goal_colour, limb_colour, robot_colour, start_colour,
-};
+use crate::picture::colour::{Colour, Encoder, limb_colour, robot_colour, search_colours};
 use crate::picture::light::Sun;
 use crate::picture::output::Image;
 use crate::picture::paint::{Backdrop, Finish, Haze, Paint};
@@ -108,8 +106,14 @@ impl<'a> Renderer<'a> {
         let mut colours: Vec<Colour> =
             (0..canvas.size.pixels()).into_par_iter().map(|index| finish.colour(index)).collect();
         self.draw_support(ground, &canvas, &mut colours);
+        let camera = &self.view.camera;
         self.line(Stroke::through(&self.scene.com_path), Colour::srgb(0x001B_2430), [0.95, 0.40])
-            .draw(&self.view.camera, &canvas, &mut colours);
+            .draw(camera, &canvas, &mut colours);
+        let [tree, route] = search_colours();
+        let scene = self.scene;
+        self.line(scene.tree.clone(), tree, [0.7, 0.25]).draw(camera, &canvas, &mut colours);
+        let route_line = Stroke::through(&scene.route);
+        self.line(route_line, route, [1.0, 0.5]).draw(camera, &canvas, &mut colours);
         self.draw_glass(&canvas, &mut colours);
         shrink(&colours, canvas.size, encoder)
     }
@@ -122,7 +126,7 @@ impl<'a> Renderer<'a> {
             let ahead = matches!(ground, Ground::At(now) if foothold.first > now);
             Paint::plain(if ahead { colour.mix(Colour::srgb(0x00F2_F2F4), 0.65) } else { colour })
         });
-        let endpoints = [start_colour(), goal_colour()].map(Paint::plain);
+        let endpoints = self.scene.endpoints.iter().map(|end| Paint::plain(end.colour));
         world.chain(footholds).chain(endpoints).collect()
     }
 

@@ -33,8 +33,12 @@ pub struct PictureScene {
     pub(crate) stances: Vec<Stance>,
     /// The centre of mass at every waypoint, world frame.
     pub(crate) com_path: Vec<DVec3>,
-    /// Start and goal.
-    pub(crate) endpoints: [EndpointMarker; 2],
+    /// Start and goal, and where a search without a plan failed most often.
+    pub(crate) endpoints: Vec<EndpointMarker>,
+    /// The edges that a search without a plan explored, world frame.
+    pub(crate) tree: Vec<[DVec3; 2]>,
+    /// The guide route of a search without a plan, world frame.
+    pub(crate) route: Vec<DVec3>,
     /// Corners of boxes around the robot's links over the whole walk, world frame, in the order of
     /// time, and those of the footholds.
     pub(crate) sweep: Vec<DVec3>,
@@ -81,7 +85,19 @@ impl PictureScene {
     /// for a hull without volume.
     pub fn new(model: &RobotModel, world: &World, plan: &PlanFile) -> Result<Self, PictureError> {
         let motion = PlanMotion::new(model, plan)?;
-        let (footholds, stances) = ground_overlay::contacts(model, plan)?;
+        let contacts = ground_overlay::contacts(model, plan)?;
+        let endpoints = ground_overlay::endpoint_markers(plan, &motion, &contacts.0);
+        Self::of_motion(model, world, motion, contacts, endpoints)
+    }
+
+    /// The scene of a motion, without the lines of a search.
+    pub(crate) fn of_motion(
+        model: &RobotModel,
+        world: &World,
+        motion: PlanMotion,
+        (footholds, stances): (Vec<Foothold>, Vec<Stance>),
+        endpoints: Vec<EndpointMarker>,
+    ) -> Result<Self, PictureError> {
         let robot = robot_bodies(model)?;
         let world = world.shapes.iter().map(|shape| {
             let surface = Surface::new(&triangles_of(&shape.shape, &shape.name)?)
@@ -90,7 +106,6 @@ impl PictureScene {
             Ok(WorldBody { kind: kind_of(&surface), carries, surface })
         });
         let world = world.collect::<Result<_, PictureError>>()?;
-        let endpoints = ground_overlay::endpoint_markers(plan, &motion, &footholds);
         let com_path = motion.center_of_mass_path();
         let mut scene = Self {
             robot,
@@ -100,6 +115,8 @@ impl PictureScene {
             footholds,
             stances,
             endpoints,
+            tree: Vec::new(),
+            route: Vec::new(),
             sweep: Vec::new(),
         };
         scene.sweep = scene.swept();

@@ -12,6 +12,7 @@ use surefoot_shared_types::world::correction::CorrectionError;
 
 use crate::picture::PictureError;
 use crate::report::role::Role;
+use crate::system::limits::{self, OPEN_FILES_MIN};
 use crate::system::signals;
 
 /// The outcome of a completed command.
@@ -133,11 +134,62 @@ pub enum CommandError {
     /// No controller answers.
     #[error("no controller answers; start 'surefoot control' with the same instance name")]
     ControllerLost,
+    /// Two processes publish feedback as the controller.
+    #[error(
+        "two processes answer as this instance's controller; end the one that does not belong to \
+         it, then walk again"
+    )]
+    Contradicted,
+    /// The planner received an answer that the controller has not given.
+    #[error(
+        "the planner reports '{result}', and the controller has not within {seconds} s; \
+         another process writes into this instance: end it, then walk again"
+    )]
+    Disagreement {
+        /// The result that the planner reports.
+        result: &'static str,
+        /// Time waited, s.
+        seconds: f64,
+    },
+    /// The planner that had a request has ended.
+    #[error(
+        "the planner that had this request has ended; start 'surefoot plan SCENARIO --serve' with \
+         the same instance name, then send it again"
+    )]
+    PlannerEnded,
+    /// The planner that had a request was replaced.
+    #[error("another planner has replaced the one that had this request; send it again")]
+    PlannerReplaced,
+    /// The planner answers other clients only.
+    #[error(
+        "the planner answers other clients, but not this request within {seconds} s; send it again"
+    )]
+    Unanswered {
+        /// Time waited, s.
+        seconds: f64,
+    },
+    /// More requests than a status names have ended since.
+    #[error("the request has ended, and so many after it that its end is unknown; send it again")]
+    EndUnknown,
+    /// The planner publishes nothing, but its process exists.
+    #[error(
+        "the planner that has this request has been silent for {seconds} s; continue it or end it"
+    )]
+    PlannerSilent {
+        /// Time waited, s.
+        seconds: f64,
+    },
     /// Something that every walk needs is missing.
     #[error("this machine cannot run a walk: {missing} requirements above are missing")]
     MissingRequirements {
         /// How many.
         missing: usize,
+    },
+    /// The system permits too few open files for shared memory.
+    #[error("open files: the limit is {limit}, {OPEN_FILES_MIN} are needed; run 'ulimit -n 1024'")]
+    OpenFiles {
+        /// The limit.
+        limit: u64,
     },
     /// The supervisor that reads this role's events is gone.
     #[error("no process reads this role's events any more: {0}")]
@@ -151,6 +203,22 @@ impl CommandError {
     /// The error of a command that a signal ends.
     pub fn interrupted() -> Self {
         Self::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))
+    }
+
+    /// An error if a signal has asked for the end.
+    ///
+    /// # Errors
+    /// When one has.
+    pub fn unless_interrupted() -> Result<(), Self> {
+        signals::raised().map_or(Ok(()), |signal| Err(Self::Interrupted(signal)))
+    }
+
+    /// An error if the limits of this process are too low for shared memory.
+    ///
+    /// # Errors
+    /// When they are.
+    pub fn unless_limited() -> Result<(), Self> {
+        limits::too_few_open_files().map_or(Ok(()), |limit| Err(Self::OpenFiles { limit }))
     }
 
     /// Whether the transport failed in a way that a restart of the process may repair.
@@ -177,6 +245,11 @@ impl CommandError {
         }
     }
 
+    /// Whether an output of the run cannot be written.
+    pub fn is_output(&self) -> bool {
+        matches!(self, Self::Output { .. })
+    }
+
     /// The outcome's name in reports, if a run that had begun ended in this.
     pub fn name(&self) -> Option<&'static str> {
         match self {
@@ -185,6 +258,8 @@ impl CommandError {
             Self::Role { role: Role::Controller, .. }
             | Self::EndedEarly { role: Role::Controller, .. } => Some("controller_failed"),
             Self::ControllerLost => Some("controller_lost"),
+            Self::Contradicted | Self::Disagreement { .. } => Some("contradicted"),
+            Self::Interrupted(_) => Some("interrupted"),
             _ => None,
         }
     }

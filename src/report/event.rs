@@ -159,6 +159,8 @@ pub enum PlanResult {
     StartInvalid,
     /// A goal where the robot cannot stand.
     GoalInvalid,
+    /// A signal came first.
+    Stopped,
 }
 
 impl From<&Outcome> for PlanResult {
@@ -205,6 +207,8 @@ pub enum DeliveryResult {
     Superseded,
     /// The controller does not answer.
     ControllerLost,
+    /// Two processes publish feedback as the controller.
+    Contradicted,
     /// This process was asked to end.
     Stopped,
 }
@@ -266,6 +270,7 @@ impl From<&Delivery> for Delivered {
             ),
             DeliveryOutcome::Superseded => (DeliveryResult::Superseded, None),
             DeliveryOutcome::ControllerLost => (DeliveryResult::ControllerLost, None),
+            DeliveryOutcome::Contradicted => (DeliveryResult::Contradicted, None),
             DeliveryOutcome::Stopped => (DeliveryResult::Stopped, None),
         };
         Self {

@@ -57,8 +57,8 @@ fn milestone(event: &RoleEvent) -> Option<String> {
             *arena_bytes as f64 / f64::from(1 << 20)
         )),
         RoleEvent::Planned(planned) => Some(format!(
-            "{} ({:.3} s, {} work units)",
-            planned.description, planned.plan_seconds, planned.work
+            "search of {:.3} s and {} work units: {}",
+            planned.plan_seconds, planned.work, planned.description
         )),
         RoleEvent::Replanning { epoch, corrections } => Some(format!(
             "replanning from the rest state: {corrections} differences of the world, epoch {epoch}"

@@ -12,8 +12,8 @@ use crate::report::margins::WorstMargins;
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Report {
     /// The planner's outcome, or once a plan was delivered `accepted`, `refused`, `stopped`,
-    /// `controller_lost`; `planner_failed` or `controller_failed` when a process ended before its
-    /// work was done.
+    /// `controller_lost`, `contradicted`; `planner_failed` or `controller_failed` when a process
+    /// ended before its work was done, and `interrupted` when a signal came.
     pub outcome: String,
     /// The parameter of the budget that ended the search.
     pub bound: Option<String>,
@@ -97,6 +97,8 @@ pub struct Chunks {
     pub refused: u64,
     /// Chunks sent and, without any refusal, never accepted.
     pub lost: u64,
+    /// Chunks on their way, and not answered yet, when a signal ended the delivery.
+    pub in_flight: u64,
     /// Chunks that the controller received again after it had accepted them, and did not walk
     /// again.
     pub duplicated: u64,
@@ -148,7 +150,10 @@ impl Report {
 
     /// The result of the search, as one line of text.
     pub fn description(&self) -> &str {
-        &self.description
+        match self.result {
+            None => "ended before a search had a result",
+            Some(_) => &self.description,
+        }
     }
 
     /// The result of the delivery, if there was one.
@@ -171,6 +176,9 @@ impl Report {
                 Some(PlanResult::Found),
                 Some(DeliveryResult::Superseded | DeliveryResult::ControllerLost),
             ) => Err(CommandError::ControllerLost),
+            (Some(PlanResult::Found), Some(DeliveryResult::Contradicted)) => {
+                Err(CommandError::Contradicted)
+            }
             (Some(PlanResult::StartInvalid | PlanResult::GoalInvalid), _) => {
                 Err(CommandError::Endpoint(self.description.clone()))
             }
@@ -200,12 +208,15 @@ impl Report {
         // A restarted planner sent fewer chunks than were accepted; its predecessor sent the rest.
         let sent = (delivered.sent - delivered.resent.min(delivered.sent)).max(delivered.accepted);
         let refused = delivered.result == DeliveryResult::Refused;
+        let unanswered = sent.saturating_sub(delivered.accepted + delivered.withdrawn);
+        let is_stopped = delivered.result == DeliveryResult::Stopped;
         self.delivery_result = Some(delivered.result);
         self.outcome = match delivered.result {
             DeliveryResult::Accepted => "accepted",
             DeliveryResult::Refused => "refused",
             DeliveryResult::Superseded => "superseded",
             DeliveryResult::ControllerLost => "controller_lost",
+            DeliveryResult::Contradicted => "contradicted",
             DeliveryResult::Stopped => "stopped",
         }
         .to_owned();
@@ -213,11 +224,8 @@ impl Report {
             sent,
             accepted: delivered.accepted,
             refused: u64::from(refused),
-            lost: if refused {
-                0
-            } else {
-                sent.saturating_sub(delivered.accepted + delivered.withdrawn)
-            },
+            lost: if refused || is_stopped { 0 } else { unanswered },
+            in_flight: if is_stopped { unanswered } else { 0 },
             duplicated: delivered.duplicated.max(self.chunks.duplicated),
             resent: delivered.resent,
         };
@@ -300,9 +308,10 @@ mod tests {
             report.record(&planned(PlanResult::Found));
             lines.iter().for_each(|event| report.record(event));
             assert_eq!(report.refusal.as_ref().unwrap().detail, "left_knee 120 %");
+            let no_chunks = Chunks::default();
             assert_eq!(
                 report.chunks,
-                Chunks { sent: 7, accepted: 3, refused: 1, lost: 0, duplicated: 2, resent: 2 }
+                Chunks { sent: 7, accepted: 3, refused: 1, duplicated: 2, resent: 2, ..no_chunks }
             );
             assert_eq!(report.margins.torque, Some(0.25));
             assert_eq!(report.command_outcome().unwrap(), CommandOutcome::Refused);
@@ -316,6 +325,7 @@ mod tests {
             (PlanResult::Found, Some(DeliveryResult::Accepted), 0),
             (PlanResult::Found, Some(DeliveryResult::Refused), 4),
             (PlanResult::Found, Some(DeliveryResult::ControllerLost), 2),
+            (PlanResult::Found, Some(DeliveryResult::Contradicted), 2),
             (PlanResult::NoPlan, None, 3),
             (PlanResult::StartInvalid, None, 2),
             (PlanResult::GoalInvalid, None, 2),
@@ -340,6 +350,14 @@ mod tests {
             (report.chunks.sent, report.chunks.lost, report.outcome.as_str()),
             (7, 2, "controller_lost")
         );
+    }
+
+    #[test]
+    fn chunks_on_their_way_are_not_lost_when_a_signal_comes() {
+        let mut report = Report::default();
+        report.record(&delivered(DeliveryResult::Stopped, 5));
+        let Chunks { sent, lost, in_flight, .. } = report.chunks;
+        assert_eq!((sent, lost, in_flight), (7, 0, 2));
     }
 
     #[test]

@@ -103,6 +103,7 @@ fn headline(report: &Report) -> String {
             format!("{found}, but another planner has replanned")
         }
         Some(DeliveryResult::ControllerLost) => format!("{found}, but no controller answers"),
+        Some(DeliveryResult::Contradicted) => format!("{found}, delivery contradicted"),
         Some(DeliveryResult::Stopped) => format!("{found}, delivery stopped"),
     }
 }
@@ -147,10 +148,14 @@ fn search(report: &Report) -> String {
 
 fn chunks(report: &Report) -> String {
     let chunks = &report.chunks;
+    let in_flight = match chunks.in_flight {
+        0 => String::new(),
+        number => format!(", {number} on their way"),
+    };
     let checked =
         report.check_seconds.map(|time| format!(", checked in {time:.3} s")).unwrap_or_default();
     format!(
-        "{} sent, {} accepted, {} lost, {} duplicated{checked}",
+        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{checked}",
         chunks.sent, chunks.accepted, chunks.lost, chunks.duplicated
     )
 }

@@ -14,7 +14,7 @@ use crate::system::signals;
 /// Longest line of a role, bytes.
 const LINE_BYTES_MAX: u64 = 1 << 16;
 /// Longest time from SIGTERM to the end of a process before it is killed, s.
-const GRACE_SECONDS: f64 = 3.0;
+pub(crate) const GRACE_SECONDS: f64 = 3.0;
 /// Time between two checks whether it has ended.
 const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
@@ -43,8 +43,7 @@ impl Process {
         role: Role,
         sender: Sender<(Role, ProcessOutput)>,
     ) -> std::io::Result<Self> {
-        let mut child =
-            command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0).spawn()?;
+        let mut child = command.stdout(Stdio::piped()).process_group(0).spawn()?;
         let stdout = child.stdout.take();
         let process = Self { child };
         let read = move || stdout.into_iter().for_each(|stdout| read_lines(stdout, role, &sender));

@@ -9,7 +9,7 @@ use std::time::Duration;
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
 use crate::report::role::Role;
-use crate::supervisor::process::{Process, ProcessOutput};
+use crate::supervisor::process::{GRACE_SECONDS, Process, ProcessOutput};
 use crate::system::clock::Stopwatch;
 use crate::system::signals;
 
@@ -72,12 +72,16 @@ impl RoleProcesses {
         Ok(())
     }
 
-    /// Waits for the next event. Kills a process that emits none for [`SILENCE_SECONDS_MAX`].
+    /// Waits for the next event, at most until `is_late` returns true; `None` then. Kills a process
+    /// that emits none for [`SILENCE_SECONDS_MAX`].
     ///
     /// # Errors
     /// A signal asks this process to end, a role reports an error other than of the transport, or
     /// its output is not an event.
-    pub(crate) fn next_event(&mut self) -> Result<ProcessEvent, CommandError> {
+    pub(crate) fn next_event(
+        &mut self,
+        is_late: &dyn Fn() -> bool,
+    ) -> Result<Option<ProcessEvent>, CommandError> {
         loop {
             if let Some(signal) = signals::raised() {
                 return Err(CommandError::Interrupted(signal));
@@ -85,9 +89,27 @@ impl RoleProcesses {
             if let Ok((role, output)) = self.receiver.recv_timeout(POLL_INTERVAL)
                 && let Some(event) = self.event_of(role, output)?
             {
-                return Ok(event);
+                return Ok(Some(event));
             }
             self.kill_silent();
+            if is_late() {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Asks all processes to end, and passes on what they report until they have.
+    pub(crate) fn end(&mut self, on_event: &mut dyn FnMut(&RoleEvent)) {
+        self.processes.iter().for_each(|process| process.process.ask_to_end());
+        let watch = Stopwatch::start();
+        let mut running = self.processes.len();
+        while running > 0 && watch.seconds() < GRACE_SECONDS {
+            match self.receiver.recv_timeout(POLL_INTERVAL) {
+                Ok((_, ProcessOutput::Event(RoleEvent::Alive | RoleEvent::Failed { .. }))) => {}
+                Ok((_, ProcessOutput::Event(event))) => on_event(&event),
+                Ok((_, ProcessOutput::Closed)) => running -= 1,
+                Ok((_, ProcessOutput::NonEvent(_))) | Err(_) => {}
+            }
         }
     }
 

@@ -10,6 +10,11 @@ use crate::report::event::RoleEvent;
 use crate::report::role::Role;
 use crate::supervisor::role_processes::{ProcessEvent, RoleProcesses};
 use crate::supervisor::walk_state::WalkState;
+use crate::system::clock::Stopwatch;
+
+/// Longest time from the planner's result to the controller's, s. The controller reports it as soon
+/// as it has executed the last chunk; a killed one is started again within this time.
+const CONFIRMATION_SECONDS_MAX: f64 = 30.0;
 
 /// A stage of the supervision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,6 +68,8 @@ pub struct Supervisor<'a> {
     restarts_left: u32,
     /// The role whose process ended too early, and its exit status.
     ended: Option<(Role, String)>,
+    /// The planner's result that the controller has not reported, and the time since then.
+    unconfirmed: Option<(&'static str, Stopwatch)>,
 }
 
 impl<'a> Supervisor<'a> {
@@ -79,6 +86,7 @@ impl<'a> Supervisor<'a> {
             state: WalkState::default(),
             restarts_left: restarts_max,
             ended: None,
+            unconfirmed: None,
         }
     }
 
@@ -90,7 +98,15 @@ impl<'a> Supervisor<'a> {
     pub fn run(mut self) -> Result<(), CommandError> {
         let mut stage = Stage::Start;
         while stage != Stage::Over {
-            stage = next(stage, self.step(stage)?);
+            stage = match self.step(stage) {
+                Ok(event) => next(stage, event),
+                Err(error) => {
+                    if matches!(error, CommandError::Interrupted(_)) {
+                        self.processes.end(self.on_event);
+                    }
+                    return Err(error);
+                }
+            };
         }
         Ok(())
     }
@@ -112,7 +128,14 @@ impl<'a> Supervisor<'a> {
     }
 
     fn read(&mut self) -> Result<Event, CommandError> {
-        match self.processes.next_event()? {
+        let unconfirmed = self.unconfirmed;
+        let is_late =
+            || unconfirmed.is_some_and(|(_, since)| since.seconds() > CONFIRMATION_SECONDS_MAX);
+        let Some(event) = self.processes.next_event(&is_late)? else {
+            let result = unconfirmed.map_or("", |(result, _)| result);
+            return Err(CommandError::Disagreement { result, seconds: CONFIRMATION_SECONDS_MAX });
+        };
+        match event {
             ProcessEvent::Reported(event) => {
                 self.state.record(&event);
                 (self.on_event)(&event);
@@ -123,7 +146,17 @@ impl<'a> Supervisor<'a> {
             }
             ProcessEvent::Ended { .. } => {}
         }
+        self.watch_confirmation();
         Ok(if self.state.is_over() { Event::Complete } else { Event::Reported })
+    }
+
+    /// Begins to wait for the controller's result when the planner has reported one.
+    fn watch_confirmation(&mut self) {
+        self.unconfirmed = match (self.state.unconfirmed(), self.unconfirmed) {
+            (Some(result), Some((before, since))) if result == before => Some((result, since)),
+            (Some(result), _) => Some((result, Stopwatch::start())),
+            (None, _) => None,
+        };
     }
 
     fn restart(&mut self) -> Result<Event, CommandError> {

@@ -49,11 +49,43 @@ impl WalkState {
         }
     }
 
+    /// The result that the planner reported and the controller has not, if it is so.
+    pub(crate) fn unconfirmed(&self) -> Option<&'static str> {
+        match self.delivered {
+            Some(DeliveryResult::Accepted) if !self.is_over() => Some("accepted"),
+            Some(DeliveryResult::Refused) if !self.is_over() => Some("refused"),
+            _ => None,
+        }
+    }
+
     /// Whether the walk cannot end without the process of this role.
     pub(crate) fn needs(&self, role: Role) -> bool {
         match role {
             Role::Planner => self.delivered.is_none() && !self.is_over(),
             Role::Controller => !self.is_over(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_result_of_the_planner_alone_is_unconfirmed() {
+        for (result, name, checked) in [
+            (DeliveryResult::Accepted, "accepted", StreamDecision::Accepted),
+            (DeliveryResult::Refused, "refused", StreamDecision::Refused),
+        ] {
+            let planned = Some(PlanResult::Found);
+            let mut state = WalkState { planned, delivered: Some(result), checked: None };
+            assert_eq!((state.unconfirmed(), state.is_over()), (Some(name), false));
+            state.checked = Some(checked);
+            assert_eq!((state.unconfirmed(), state.is_over()), (None, true));
+        }
+        let mut state = WalkState { planned: Some(PlanResult::Found), ..WalkState::default() };
+        assert_eq!(state.unconfirmed(), None);
+        state.delivered = Some(DeliveryResult::Contradicted);
+        assert_eq!((state.unconfirmed(), state.is_over()), (None, true));
     }
 }

@@ -27,28 +27,42 @@ pub fn print_note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", printable(text));
 }
 
-/// Prints an error as one line.
+/// Prints an error as one line, and each further one that it holds as one more.
 pub fn print_error(error: &dyn std::fmt::Display) {
-    let text = error.to_string();
-    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    print_note(&format!("error: {line}"));
+    for text in error.to_string().split("\nerror: ") {
+        let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        print_note(&format!("error: {line}"));
+    }
 }
 
-/// The text with every control character but line feeds and tabs as `\u{..}`.
+/// The text with every character that a terminal obeys, but line feeds and tabs, as an escape. In
+/// JSON, which holds such characters in strings alone, the escape is JSON's.
 fn printable(text: &str) -> Cow<'_, str> {
-    let is_control = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
-    if !text.contains(is_control) {
+    if !text.contains(is_obeyed) {
         return Cow::Borrowed(text);
     }
+    let is_json = text.starts_with(['{', '[']);
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
-        if is_control(letter) {
-            escaped.extend(letter.escape_unicode());
-        } else {
+        if !is_obeyed(letter) {
             escaped.push(letter);
+        } else if is_json {
+            escaped.push_str(&format!("\\u{:04x}", u32::from(letter)));
+        } else {
+            escaped.extend(letter.escape_unicode());
         }
     }
     Cow::Owned(escaped)
+}
+
+/// Whether a terminal obeys a character: control characters, ends of lines and paragraphs, and
+/// those that change the direction of writing.
+fn is_obeyed(letter: char) -> bool {
+    match letter {
+        '\n' | '\t' => false,
+        '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
+        _ => letter.is_control(),
+    }
 }
 
 /// Whether stderr is a terminal.
@@ -64,5 +78,7 @@ mod tests {
     fn control_characters_are_escaped() {
         assert_eq!(printable("a line\n\tof text"), "a line\n\tof text");
         assert_eq!(printable("\u{1b}[31mred\u{9b}"), "\\u{1b}[31mred\\u{9b}");
+        assert_eq!(printable("a\u{202e}b"), "a\\u{202e}b");
+        assert_eq!(printable("{\"a\": \"\u{9b}\"}"), "{\"a\": \"\\u009b\"}");
     }
 }

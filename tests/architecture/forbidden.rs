@@ -18,7 +18,7 @@ pub struct Rule {
 }
 
 /// The rules.
-pub const RULES: [Rule; 14] = [
+pub const RULES: [Rule; 16] = [
     Rule {
         why: "stage M knows nothing of possibility",
         binds: &["planner/src/motion"],
@@ -43,16 +43,28 @@ pub const RULES: [Rule; 14] = [
         words: &["iceoryx2"],
     },
     Rule {
-        why: "the search has no clock",
+        why: "the search has no clock, except to decide which thread works",
         binds: &["planner/src"],
-        except: &["planner/src/channel"],
-        words: &["Instant", "SystemTime", "std::time"],
+        except: &["planner/src/channel", "planner/src/base/threads/preemption.rs"],
+        words: &["Instant", "SystemTime", "std::time", "core::time", "clock_gettime"],
     },
     Rule {
-        why: "the search reads no files, prints nothing and starts no threads of its own",
+        why: "only who works may depend on the clock of the threads",
+        binds: &["planner/src"],
+        except: &["planner/src/base/threads"],
+        words: &["preemption::"],
+    },
+    Rule {
+        why: "the search starts no threads but those of its pool",
+        binds: &["planner/src"],
+        except: &["planner/src/channel", "planner/src/base/threads"],
+        words: &["std::thread"],
+    },
+    Rule {
+        why: "the search reads no files and prints nothing",
         binds: &["planner/src"],
         except: &["planner/src/channel"],
-        words: &["std::fs", "std::env", "println!", "print!(", "std::thread", "std::process"],
+        words: &["std::fs", "std::env", "println!", "print!(", "std::process"],
     },
     Rule {
         why: "the checker has its own code",

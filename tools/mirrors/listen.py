@@ -9,14 +9,12 @@ Messages are read in shared memory, without a copy.
 """
 
 import argparse
-import hashlib
-import os
-import pathlib
 import sys
 import time
 
 import iceoryx2 as iox
 
+import surefoot_instances as instances
 import surefoot_messages as messages
 
 MODES = ("left foot", "right foot", "both feet")
@@ -25,32 +23,11 @@ POLL_SECONDS = 0.0005
 CHUNKS_BUFFERED, STATES_BUFFERED = 8, 256
 
 
-def root_of(name):
-    """The root folder of an instance; without a name, of the only running one."""
-    base = pathlib.Path(f"/dev/shm/surefoot-{os.geteuid()}")
-    running = sorted(folder.name for folder in base.iterdir()) if base.is_dir() else []
-    if name is None and len(running) == 1:
-        return base / running[0]
-    if name in running:
-        return base / name
-    sys.exit(f"name a running instance: {', '.join(running) or 'none runs'}")
-
-
-def config_of(root):
-    """iceoryx2's configuration of an instance: its root path and its segment prefix."""
-    base = bytes(root.parent)
-    tag = hashlib.sha256(len(base).to_bytes(8, "little") + base).hexdigest()[:12]
-    config = iox.config.default()
-    config.global_cfg.root_path = iox.Path.new(str(root))
-    config.global_cfg.prefix = iox.FileName.new(f"surefoot-{tag}-{root.name}.")
-    return config
-
-
-def subscribe(node, name, role, message, buffered):
+def subscribe(node, instance, role, message, buffered):
     """A service and a subscriber of it. The service must have the layout of our mirror."""
     key = iox.AttributeKey.new("surefoot.layout")
     layout = iox.AttributeVerifier.new().require(key, iox.AttributeValue.new(message.LAYOUT))
-    service_name = iox.ServiceName.new(f"surefoot/{name}/{role}")
+    service_name = iox.ServiceName.new(instance.service_name(role))
     builder = node.service_builder(service_name).publish_subscribe(message)
     service = builder.open_with_attributes(layout)
     return service, service.subscriber_builder().buffer_size(buffered).create()
@@ -85,19 +62,22 @@ def show_state(state):
 
 
 def listen(name, states_every):
-    root = root_of(name)
+    try:
+        instance = instances.find(name)
+    except instances.InstanceError as error:
+        sys.exit(str(error))
     iox.set_log_level(iox.LogLevel.Fatal)
-    builder = iox.NodeBuilder.new().config(config_of(root))
+    builder = iox.NodeBuilder.new().config(instance.config())
     builder = builder.signal_handling_mode(iox.SignalHandlingMode.Disabled)
     node = builder.create(iox.ServiceType.Ipc)
-    service, chunks = subscribe(node, root.name, "chunks", messages.PlanChunk, CHUNKS_BUFFERED)
+    service, chunks = subscribe(node, instance, "chunks", messages.PlanChunk, CHUNKS_BUFFERED)
     try:
         _, states = subscribe(
-            node, root.name, "state", messages.SimulationState, STATES_BUFFERED
+            node, instance, "state", messages.SimulationState, STATES_BUFFERED
         )
     except iox.PublishSubscribeOpenError:
         states = None  # The controller publishes states only with --rate.
-    print(f"listening to {root.name}", flush=True)
+    print(f"listening to {instance.name}", flush=True)
     has_chunk, states_received = False, 0
     while not has_chunk or service.dynamic_config.number_of_publishers > 0:
         for chunk in received(chunks):

@@ -12,6 +12,8 @@
 #define SUREFOOT_CONTACTS_MAX 4
 #define SUREFOOT_POLYGON_VERTICES_MAX 16
 #define SUREFOOT_CORRECTIONS_MAX 32
+#define SUREFOOT_REQUEST_ENDS_MAX 16
+#define SUREFOOT_REASON_BYTES_MAX 160
 
 typedef struct { uint8_t bytes[32]; } surefoot_Digest;
 
@@ -241,14 +243,11 @@ static_assert(offsetof(surefoot_PlanRequest, crc) == 44, "offset");
 static_assert(offsetof(surefoot_PlanRequest, start) == 48, "offset");
 static_assert(offsetof(surefoot_PlanRequest, goal) == 88, "offset");
 
-#define SUREFOOT_PLAN_STATUS_TYPE_NAME "surefoot.PlanStatus.v1"
-#define SUREFOOT_PLAN_STATUS_LAYOUT "9c54fee5c01ea6ee"
+#define SUREFOOT_REQUEST_RECORD_TYPE_NAME "surefoot.RequestRecord.v1"
+#define SUREFOOT_REQUEST_RECORD_LAYOUT "7387ba41df812489"
 typedef struct {
-    uint64_t schema;
-    uint64_t session;
     uint64_t client;
     uint64_t number;
-    uint64_t count;
     uint64_t plan_id;
     uint64_t epoch;
     uint64_t work;
@@ -256,22 +255,41 @@ typedef struct {
     uint64_t accepted;
     surefoot_Digest digest;
     uint32_t state;
+    uint32_t reason_len;
+    uint8_t reason[SUREFOOT_REASON_BYTES_MAX];
+} surefoot_RequestRecord;
+static_assert(sizeof(surefoot_RequestRecord) == 256, "size");
+static_assert(offsetof(surefoot_RequestRecord, client) == 0, "offset");
+static_assert(offsetof(surefoot_RequestRecord, number) == 8, "offset");
+static_assert(offsetof(surefoot_RequestRecord, plan_id) == 16, "offset");
+static_assert(offsetof(surefoot_RequestRecord, epoch) == 24, "offset");
+static_assert(offsetof(surefoot_RequestRecord, work) == 32, "offset");
+static_assert(offsetof(surefoot_RequestRecord, chunks) == 40, "offset");
+static_assert(offsetof(surefoot_RequestRecord, accepted) == 48, "offset");
+static_assert(offsetof(surefoot_RequestRecord, digest) == 56, "offset");
+static_assert(offsetof(surefoot_RequestRecord, state) == 88, "offset");
+static_assert(offsetof(surefoot_RequestRecord, reason_len) == 92, "offset");
+static_assert(offsetof(surefoot_RequestRecord, reason) == 96, "offset");
+
+#define SUREFOOT_PLAN_STATUS_TYPE_NAME "surefoot.PlanStatus.v2"
+#define SUREFOOT_PLAN_STATUS_LAYOUT "bcd2b09aae846cfa"
+typedef struct {
+    uint64_t schema;
+    uint64_t session;
+    uint64_t count;
+    surefoot_RequestRecord current;
+    uint32_t ends_len;
     uint32_t crc;
+    surefoot_RequestRecord ends[SUREFOOT_REQUEST_ENDS_MAX];
 } surefoot_PlanStatus;
-static_assert(sizeof(surefoot_PlanStatus) == 120, "size");
+static_assert(sizeof(surefoot_PlanStatus) == 4384, "size");
 static_assert(offsetof(surefoot_PlanStatus, schema) == 0, "offset");
 static_assert(offsetof(surefoot_PlanStatus, session) == 8, "offset");
-static_assert(offsetof(surefoot_PlanStatus, client) == 16, "offset");
-static_assert(offsetof(surefoot_PlanStatus, number) == 24, "offset");
-static_assert(offsetof(surefoot_PlanStatus, count) == 32, "offset");
-static_assert(offsetof(surefoot_PlanStatus, plan_id) == 40, "offset");
-static_assert(offsetof(surefoot_PlanStatus, epoch) == 48, "offset");
-static_assert(offsetof(surefoot_PlanStatus, work) == 56, "offset");
-static_assert(offsetof(surefoot_PlanStatus, chunks) == 64, "offset");
-static_assert(offsetof(surefoot_PlanStatus, accepted) == 72, "offset");
-static_assert(offsetof(surefoot_PlanStatus, digest) == 80, "offset");
-static_assert(offsetof(surefoot_PlanStatus, state) == 112, "offset");
-static_assert(offsetof(surefoot_PlanStatus, crc) == 116, "offset");
+static_assert(offsetof(surefoot_PlanStatus, count) == 16, "offset");
+static_assert(offsetof(surefoot_PlanStatus, current) == 24, "offset");
+static_assert(offsetof(surefoot_PlanStatus, ends_len) == 280, "offset");
+static_assert(offsetof(surefoot_PlanStatus, crc) == 284, "offset");
+static_assert(offsetof(surefoot_PlanStatus, ends) == 288, "offset");
 
 #define SUREFOOT_FOOT_FORCE_TYPE_NAME "surefoot.FootForce.v1"
 #define SUREFOOT_FOOT_FORCE_LAYOUT "99144cbb71bc90f4"

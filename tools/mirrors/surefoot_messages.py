@@ -12,6 +12,8 @@ CHUNK_WAYPOINTS_MAX = 32
 CONTACTS_MAX = 4
 POLYGON_VERTICES_MAX = 16
 CORRECTIONS_MAX = 32
+REQUEST_ENDS_MAX = 16
+REASON_BYTES_MAX = 160
 
 Digest = ctypes.c_uint8 * 32
 
@@ -192,14 +194,11 @@ class PlanRequest(ctypes.Structure):
         return "surefoot.PlanRequest.v1"
 
 
-class PlanStatus(ctypes.Structure):
-    LAYOUT = "9c54fee5c01ea6ee"
+class RequestRecord(ctypes.Structure):
+    LAYOUT = "7387ba41df812489"
     _fields_ = [
-        ("schema", ctypes.c_uint64),
-        ("session", ctypes.c_uint64),
         ("client", ctypes.c_uint64),
         ("number", ctypes.c_uint64),
-        ("count", ctypes.c_uint64),
         ("plan_id", ctypes.c_uint64),
         ("epoch", ctypes.c_uint64),
         ("work", ctypes.c_uint64),
@@ -207,12 +206,30 @@ class PlanStatus(ctypes.Structure):
         ("accepted", ctypes.c_uint64),
         ("digest", Digest),
         ("state", ctypes.c_uint32),
-        ("crc", ctypes.c_uint32),
+        ("reason_len", ctypes.c_uint32),
+        ("reason", ctypes.c_uint8 * REASON_BYTES_MAX),
     ]
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.PlanStatus.v1"
+        return "surefoot.RequestRecord.v1"
+
+
+class PlanStatus(ctypes.Structure):
+    LAYOUT = "bcd2b09aae846cfa"
+    _fields_ = [
+        ("schema", ctypes.c_uint64),
+        ("session", ctypes.c_uint64),
+        ("count", ctypes.c_uint64),
+        ("current", RequestRecord),
+        ("ends_len", ctypes.c_uint32),
+        ("crc", ctypes.c_uint32),
+        ("ends", RequestRecord * REQUEST_ENDS_MAX),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.PlanStatus.v2"
 
 
 class FootForce(ctypes.Structure):
@@ -254,7 +271,7 @@ class SimulationState(ctypes.Structure):
 
 
 if __name__ == "__main__":
-    for message in [Waypoint, Contact, PlanChunk, Margins, RestState, WorldCorrection, Feedback, StancePoseData, PlanRequest, PlanStatus, FootForce, SimulationState]:
+    for message in [Waypoint, Contact, PlanChunk, Margins, RestState, WorldCorrection, Feedback, StancePoseData, PlanRequest, RequestRecord, PlanStatus, FootForce, SimulationState]:
         print(message.__name__, ctypes.sizeof(message))
         for name, _ in message._fields_:
             field = getattr(message, name)

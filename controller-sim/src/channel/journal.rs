@@ -7,17 +7,15 @@
 //! before. The file is written once before it is mapped, so that writing a record allocates
 //! nothing and cannot fail on a full file system. The lock on it allows one controller at a time.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
 
 use memmap2::MmapMut;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::role_lock;
 use surefoot_shared_types::message::{Feedback, JournalRecord, Layout, WithCrc};
-
-use crate::channel::tuning::{LOCK_ATTEMPTS_MAX, LOCK_PAUSE};
 
 /// The file's name in the instance's folder.
 const FILE: &str = "robot";
@@ -36,19 +34,9 @@ pub(crate) struct Journal {
 impl Journal {
     /// Opens the journal of an instance and locks it; returns the last controller's record.
     pub(crate) fn open(instance: &Instance) -> Result<(Self, Option<JournalRecord>), ChannelError> {
-        let path = instance.root().join(FILE);
         let failed =
             |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
-        let opened = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .custom_flags(libc::O_NOFOLLOW)
-            .open(&path);
-        let mut file = opened.map_err(failed)?;
-        lock(&file)?;
+        let mut file = role_lock::acquire(instance, FILE)?.ok_or(ChannelError::Taken)?;
         if file.metadata().map_err(failed)?.len() != 2 * RECORD as u64 {
             file.set_len(0).map_err(failed)?;
             file.write_all(&[0; 2 * RECORD]).map_err(failed)?;
@@ -78,16 +66,6 @@ impl Journal {
         (record.stream_after_first, record.feedback) = (stream_after_first, *feedback);
         record.write_crc();
     }
-}
-
-fn lock(file: &File) -> Result<(), ChannelError> {
-    for _ in 0..LOCK_ATTEMPTS_MAX {
-        if file.try_lock().is_ok() {
-            return Ok(());
-        }
-        std::thread::sleep(LOCK_PAUSE);
-    }
-    Err(ChannelError::Taken)
 }
 
 #[cfg(test)]

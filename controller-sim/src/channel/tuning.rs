@@ -9,13 +9,6 @@ pub(crate) const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(1);
 /// Time between two cleanings of what dead processes hold, while there is nothing to read.
 pub(crate) const CLEANUP_INTERVAL: Duration = Duration::from_millis(500);
 
-// Journal.
-
-/// Attempts to lock while a predecessor's process is being reaped.
-pub(crate) const LOCK_ATTEMPTS_MAX: usize = 40;
-/// Time between two attempts.
-pub(crate) const LOCK_PAUSE: Duration = Duration::from_millis(5);
-
 // Injected faults.
 
 /// Probability that a feedback message is lost.

@@ -10,7 +10,8 @@ use std::path::Path;
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
-use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile, PoseBlock};
+use surefoot_shared_types::plan_file::write::on_ground;
+use surefoot_shared_types::plan_format::blocks::{EndBlock, PhaseBlock, PlanFile, PoseBlock};
 use surefoot_shared_types::robot::load::{load_robot, robot_from_block};
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 use surefoot_shared_types::world::load::{load_world, world_from_block};
@@ -79,8 +80,14 @@ impl Problem {
             }
         }
         Ok(Self {
-            start: end_block(&model, &scenario.start, START_TOLERANCE),
-            goal: end_block(&model, &scenario.goal, scenario.goal_tolerance.position),
+            start: on_contacts(
+                end_block(&model, &scenario.start, START_TOLERANCE),
+                plan.phases.first(),
+            ),
+            goal: on_contacts(
+                end_block(&model, &scenario.goal, scenario.goal_tolerance.position),
+                plan.phases.last(),
+            ),
             model,
             world: load_world(&scenario.world_path)?,
             config: scenario.checker.clone(),
@@ -102,6 +109,20 @@ fn tighten(joint: &mut Joint, planned: &Joint, notes: &mut Vec<String>) {
     };
     lower(&mut joint.effort, planned.effort, "effort");
     lower(&mut joint.acceleration, planned.acceleration, "acceleration");
+}
+
+/// A stance with the height and the tilt of the ground on which the plan's soles stand in a phase.
+/// That they touch it is checked by itself.
+fn on_contacts(mut stance: EndBlock, phase: Option<&PhaseBlock>) -> EndBlock {
+    let contacts = phase.map_or(&[][..], |phase| &phase.contacts);
+    if let EndBlock::Feet { soles, .. } = &mut stance {
+        for contact in contacts {
+            if let Some(level) = soles.get_mut(&contact.foot) {
+                *level = on_ground(level, &contact.sole_pose);
+            }
+        }
+    }
+    stance
 }
 
 fn end_block(model: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {

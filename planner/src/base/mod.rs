@@ -2,7 +2,6 @@
 
 pub mod arena;
 pub mod capacity;
-pub(crate) mod idle_threads;
 pub mod random;
 pub mod threads;
 mod tuning;

@@ -5,6 +5,7 @@
 //! does not count, because other readers may listen. `send_window` holds the protocol, this file
 //! adds shared memory and the clock.
 
+use std::fs::File;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
@@ -14,6 +15,7 @@ use iceoryx2::sample_mut::SampleMut;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::instance::role_lock;
 use surefoot_shared_types::instance::tuning::{
     CHUNK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
@@ -24,8 +26,12 @@ pub use surefoot_shared_types::instance::error::ChannelError;
 
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
 use crate::channel::tuning::{
-    CLEANUP_INTERVAL, IDLE_HEARTBEATS, LOST_AFTER, POLL_GAP_MAX, RESEND_AFTER, WAIT_MAX,
+    CLEANUP_INTERVAL, IDLE_HEARTBEATS, LOST_AFTER, NO_READER_MAX, POLL_GAP_MAX, RECONNECT_GO_BACKS,
+    RECONNECT_INTERVAL, RESEND_AFTER, WAIT_MAX,
 };
+
+/// The lock file of the planner in the instance's folder.
+const LOCK_FILE: &str = "planner";
 
 /// Result and statistics of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +56,8 @@ pub struct PlanPublisher {
     session: u64,
     lost_after: Duration,
     window_chunks: usize,
+    /// Held as long as this planner may send chunks.
+    _lock: File,
 }
 
 /// A complete chunk in shared memory, to be sent once the window allows.
@@ -64,6 +72,8 @@ struct DeliveryState<'a> {
     window: SendWindow<'a>,
     ready: Option<ReadyChunk>,
     last_feedback: Option<Feedback>,
+    /// Time of the delivery's beginning.
+    began_at: Instant,
     /// Time of the last poll.
     polled_at: Instant,
     /// Time without feedback, gaps between polls limited to [`POLL_GAP_MAX`].
@@ -72,11 +82,21 @@ struct DeliveryState<'a> {
     active_at: Instant,
     progress_at: Instant,
     cleaned_up_at: Instant,
+    /// Time since which the ports are as they are, and since which no reader took a chunk.
+    ports: PortTimes,
     /// Whether this process slept since the last chunk; then the controller may sleep, too.
     has_slept: bool,
     /// Whether no reader took the last chunk. Then there is no controller, and the planner blocks
     /// before it sends again.
     has_no_reader: bool,
+}
+
+/// Times of the ports in a delivery.
+struct PortTimes {
+    /// Time at which they were made.
+    made_at: Instant,
+    /// Time since which no reader took a chunk, if it is so.
+    unread_since: Option<Instant>,
 }
 
 impl PlanPublisher {
@@ -85,28 +105,20 @@ impl PlanPublisher {
     /// this process from those that a killed one left.
     ///
     /// # Errors
-    /// [`ChannelError::Id`] if `session` is 0; other variants if a service has another message
-    /// layout or the transport fails.
+    /// [`ChannelError::Id`] if `session` is 0; [`ChannelError::PlannerTaken`] if another planner
+    /// has opened them; other variants if a service has another message layout or the transport
+    /// fails.
     pub fn open(instance: &Instance, session: u64) -> Result<Self, ChannelError> {
         if session == 0 {
             return Err(ChannelError::Id);
         }
+        let lock = role_lock::acquire(instance, LOCK_FILE)?.ok_or(ChannelError::PlannerTaken)?;
         let participant = Participant::open(instance)?;
         let making = participant.making()?;
-        let publisher = participant
-            .chunks
-            .publisher_builder()
-            .max_loaned_samples(CHUNK_POOL)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .create()
-            .map_err(|error| ChannelError::transport("creating the chunk publisher", error))?;
-        let subscriber =
-            participant.feedback.subscriber_builder().create().map_err(|error| {
-                ChannelError::transport("creating the feedback subscriber", error)
-            })?;
+        let loans = open_loans(&participant)?;
+        let subscriber = open_subscriber(&participant)?;
         instance.reserve_segments()?;
         drop(making);
-        let loans = LoanPool::new(publisher, CHUNK_POOL, LOANS_AHEAD)?;
         Ok(Self {
             loans,
             subscriber,
@@ -114,6 +126,7 @@ impl PlanPublisher {
             session,
             lost_after: LOST_AFTER,
             window_chunks: WINDOW_CHUNKS,
+            _lock: lock,
         })
     }
 
@@ -210,7 +223,8 @@ impl PlanPublisher {
             DeliveryState::new(SendWindow::new(chunks, self.session, self.window_chunks)?);
         loop {
             self.receive_feedback(&mut state, on_progress)?;
-            let outcome = state.window.outcome().or_else(|| self.abort_outcome(&state, keep_going));
+            let outcome = state.window.outcome(state.age());
+            let outcome = outcome.or_else(|| self.abort_outcome(&state, keep_going));
             if let Some(outcome) = outcome {
                 return Ok(state.delivery(outcome));
             }
@@ -219,6 +233,7 @@ impl PlanPublisher {
             }
             let sent = self.send_open_window(&mut state)?;
             self.clean_up_if_silent(&mut state);
+            self.reconnect_if_stalled(&mut state)?;
             if sent == 0 {
                 self.prepare_or_sleep(&mut state)?;
             }
@@ -239,7 +254,7 @@ impl PlanPublisher {
         {
             let feedback = sample.payload();
             let acknowledged = state.window.acknowledged();
-            if !state.window.receive(feedback) {
+            if !state.window.receive(feedback, state.age(), state.silence) {
                 continue;
             }
             state.silence = Duration::ZERO;
@@ -297,8 +312,10 @@ impl PlanPublisher {
             };
             if send(ready)? == 0 {
                 state.has_no_reader = true;
+                state.ports.unread_since.get_or_insert(state.polled_at);
                 break;
             }
+            state.ports.unread_since = None;
             state.window.record_sent();
             sent += 1;
         }
@@ -328,6 +345,35 @@ impl PlanPublisher {
         Ok(ReadyChunk { target, sample: unsafe { sample.assume_init() } })
     }
 
+    /// Makes the ports anew where messages do not arrive: iceoryx2 does not repeat a connection
+    /// that failed, for example because a process was killed at that moment.
+    fn reconnect_if_stalled(&mut self, state: &mut DeliveryState<'_>) -> Result<(), ChannelError> {
+        let is_unread = state.unread_for().is_some_and(|time| time > RECONNECT_INTERVAL);
+        let is_stalled = state.silence > RECONNECT_INTERVAL
+            || is_unread
+            || state.window.go_backs() >= RECONNECT_GO_BACKS;
+        if !is_stalled || state.ports.made_at.elapsed() < RECONNECT_INTERVAL {
+            return Ok(());
+        }
+        if state.unread_for().is_some_and(|time| time > NO_READER_MAX)
+            && state.silence < RECONNECT_INTERVAL
+        {
+            let reason = "the controller publishes feedback but takes no chunk";
+            return Err(ChannelError::transport("sending a chunk", reason));
+        }
+        state.ports.made_at = state.polled_at;
+        if !self.has_controller() {
+            return Ok(());
+        }
+        let Some(making) = self.participant.try_making()? else { return Ok(()) };
+        state.ready = None;
+        self.subscriber = open_subscriber(&self.participant)?;
+        self.loans = open_loans(&self.participant)?;
+        drop(making);
+        state.window.restart();
+        Ok(())
+    }
+
     /// Frees the resources of dead processes, so that a restarted controller can connect.
     fn clean_up_if_silent(&self, state: &mut DeliveryState<'_>) {
         if state.silence > CLEANUP_INTERVAL && state.cleaned_up_at.elapsed() > CLEANUP_INTERVAL {
@@ -346,11 +392,13 @@ impl<'a> DeliveryState<'a> {
             window,
             ready: None,
             last_feedback: None,
+            began_at: start,
             polled_at,
             silence,
             active_at,
             progress_at,
             cleaned_up_at,
+            ports: PortTimes { made_at: start, unread_since: None },
             has_slept: true,
             has_no_reader: false,
         }
@@ -363,6 +411,16 @@ impl<'a> DeliveryState<'a> {
         self.polled_at = polled_at;
     }
 
+    /// Time from the delivery's beginning to the last poll.
+    fn age(&self) -> Duration {
+        self.polled_at.duration_since(self.began_at)
+    }
+
+    /// Time for which no reader took a chunk, if it is so.
+    fn unread_for(&self) -> Option<Duration> {
+        self.ports.unread_since.map(|since| self.polled_at.duration_since(since))
+    }
+
     fn delivery(&self, outcome: DeliveryOutcome) -> Delivery {
         let (sent, resent) = self.window.counts();
         Delivery {
@@ -373,6 +431,27 @@ impl<'a> DeliveryState<'a> {
             feedback: self.last_feedback,
         }
     }
+}
+
+/// The publisher of chunks with its pool of loans. The caller holds the lock `making`.
+fn open_loans(participant: &Participant) -> Result<LoanPool<PlanChunk>, ChannelError> {
+    let publisher = participant
+        .chunks
+        .publisher_builder()
+        .max_loaned_samples(CHUNK_POOL)
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .create()
+        .map_err(|error| ChannelError::transport("creating the chunk publisher", error))?;
+    participant.instance.reserve_segments()?;
+    LoanPool::new(publisher, CHUNK_POOL, LOANS_AHEAD)
+}
+
+/// The subscriber of feedback. The caller holds the lock `making`.
+fn open_subscriber(
+    participant: &Participant,
+) -> Result<Subscriber<ipc::Service, Feedback, ()>, ChannelError> {
+    let created = participant.feedback.subscriber_builder().create();
+    created.map_err(|error| ChannelError::transport("creating the feedback subscriber", error))
 }
 
 /// Sends a chunk. Returns the number of readers that received it.

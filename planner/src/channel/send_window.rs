@@ -5,13 +5,22 @@
 //! unacknowledged chunks are sent again (go-back-N). An acknowledgement counts only if the stream
 //! digest in the feedback is that of this plan up to the acknowledged chunk. So neither a restarted
 //! planner nor a restarted controller takes the progress of another plan for its own.
+//!
+//! Another process may publish feedback in the controller's name. A controller repeats its feedback
+//! every millisecond, so a claim that ends the delivery counts only once the controller has
+//! repeated it, or is silent. Where contradictions go on, they end the delivery.
+
+use std::time::Duration;
 
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::sender::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
-use crate::channel::tuning::{GO_BACKS_MAX, HORIZON_SECONDS, IDLE_HEARTBEATS};
+use crate::channel::tuning::{
+    CONFIRM_TIME, CONFIRMATIONS, CONTRADICTIONS_MAX, GO_BACKS_MAX, HORIZON_SECONDS,
+    IDLE_HEARTBEATS, LOWER_ACKNOWLEDGEMENTS, TAKEOVER_SILENCE,
+};
 
 /// Result of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,11 +40,14 @@ pub enum DeliveryOutcome {
     Superseded,
     /// No feedback arrived for too long, or the controller never received the chunks.
     ControllerLost,
+    /// Two processes publish feedback as the controller.
+    Contradicted,
     /// The caller stopped it.
     Stopped,
 }
 
 /// State of one delivery.
+#[cfg_attr(test, derive(Clone))]
 pub(crate) struct SendWindow<'a> {
     chunks: &'a [PlanChunk],
     session: u64,
@@ -46,7 +58,8 @@ pub(crate) struct SendWindow<'a> {
     end: Digest,
     progress: StreamProgress,
     stall: StallDetection,
-    /// The refusal or supersession that ends the delivery.
+    disputes: Disputes,
+    /// The refusal or supersession in the last feedback.
     refusal: Option<DeliveryOutcome>,
     sent: u64,
     resent: u64,
@@ -74,6 +87,21 @@ struct StallDetection {
     go_backs: u32,
 }
 
+/// Signs of a second process that publishes feedback as the controller.
+#[derive(Debug, Clone, Copy, Default)]
+struct Disputes {
+    /// Time of the feedback that first made the present claim.
+    claimed_at: Duration,
+    /// Feedback messages that have repeated it.
+    repetitions: u32,
+    /// Consecutive feedback messages that acknowledge fewer chunks than one before.
+    lower_acknowledgements: u32,
+    /// Whether another controller published feedback after the current one.
+    has_rival: bool,
+    /// Number of contradictions so far.
+    contradictions: u32,
+}
+
 impl<'a> SendWindow<'a> {
     /// A window of `size` chunks over a whole stream, of which none is acknowledged.
     ///
@@ -93,25 +121,39 @@ impl<'a> SendWindow<'a> {
             end,
             progress: StreamProgress::default(),
             stall: StallDetection::default(),
+            disputes: Disputes::default(),
             refusal: None,
             sent: 0,
             resent: 0,
         })
     }
 
-    /// Evaluates the feedback of a controller. Returns `false` if it is ignored because it is
-    /// malformed or from a stale controller.
-    pub(crate) fn receive(&mut self, feedback: &Feedback) -> bool {
+    /// Evaluates the feedback of a controller at the time `at` of the delivery, after `silence`
+    /// without feedback of the current controller. Returns `false` if it is ignored because it is
+    /// malformed, or the current controller is not silent and another one published it.
+    pub(crate) fn receive(&mut self, feedback: &Feedback, at: Duration, silence: Duration) -> bool {
         if !feedback.is_well_formed() {
             return false;
         }
-        match self.controllers.status(feedback.controller_id) {
-            SenderStatus::Stale => return false,
-            SenderStatus::New => self.follow(feedback),
-            SenderStatus::Current => {}
+        let claim = self.claim();
+        if self.controllers.status(feedback.controller_id) != SenderStatus::Current {
+            if self.controllers.current().is_some() && silence < TAKEOVER_SILENCE {
+                self.disputes.has_rival = true;
+                return false;
+            }
+            self.follow(feedback);
+        } else if std::mem::take(&mut self.disputes.has_rival) {
+            self.disputes.contradictions += 1;
         }
+        let is_new = feedback.count != self.stall.last_count;
         self.advance(self.acknowledged_in(feedback), feedback);
         self.refusal = self.refusal_in(feedback).or_else(|| self.supersession_in(feedback));
+        self.disputes.contradictions += u32::from(claim.is_some() && self.claim() != claim);
+        if self.claim() != claim || self.disputes.lower_acknowledgements > 0 {
+            (self.disputes.claimed_at, self.disputes.repetitions) = (at, 0);
+        } else if is_new {
+            self.disputes.repetitions = self.disputes.repetitions.saturating_add(1);
+        }
         true
     }
 
@@ -164,13 +206,35 @@ impl<'a> SendWindow<'a> {
         is_lost
     }
 
-    /// The result of the delivery, once it has ended.
-    pub(crate) fn outcome(&self) -> Option<DeliveryOutcome> {
-        if self.progress.acknowledged == self.chunks.len() {
-            return Some(DeliveryOutcome::Accepted);
+    /// The result of the delivery, once it has ended. `at` is the time of the delivery.
+    pub(crate) fn outcome(&self, at: Duration) -> Option<DeliveryOutcome> {
+        if self.disputes.contradictions >= CONTRADICTIONS_MAX {
+            return Some(DeliveryOutcome::Contradicted);
         }
-        self.refusal
-            .or((self.stall.go_backs >= GO_BACKS_MAX).then_some(DeliveryOutcome::ControllerLost))
+        let is_confirmed = self.disputes.repetitions >= CONFIRMATIONS
+            || at.saturating_sub(self.disputes.claimed_at) >= CONFIRM_TIME;
+        match self.claim() {
+            Some(claim) => is_confirmed.then_some(claim),
+            None => {
+                (self.stall.go_backs >= GO_BACKS_MAX).then_some(DeliveryOutcome::ControllerLost)
+            }
+        }
+    }
+
+    /// The result that the last feedback claims.
+    fn claim(&self) -> Option<DeliveryOutcome> {
+        let is_complete = self.progress.acknowledged == self.chunks.len();
+        is_complete.then_some(DeliveryOutcome::Accepted).or(self.refusal)
+    }
+
+    /// Go-backs without progress.
+    pub(crate) fn go_backs(&self) -> u32 {
+        self.stall.go_backs
+    }
+
+    /// Sends all unacknowledged chunks again.
+    pub(crate) fn restart(&mut self) {
+        self.progress.next = self.progress.acknowledged;
     }
 
     /// Number of chunks that the current controller has accepted.
@@ -186,31 +250,49 @@ impl<'a> SendWindow<'a> {
     /// Makes a new controller the current one.
     fn follow(&mut self, feedback: &Feedback) {
         self.controllers.adopt(feedback.controller_id);
-        let acknowledged = self.acknowledged_in(feedback);
+        let acknowledged = self.acknowledged_in(feedback).unwrap_or(0);
         (self.progress.acknowledged, self.progress.next) = (acknowledged, acknowledged);
+        self.disputes.lower_acknowledgements = 0;
         self.stall = StallDetection { last_count: feedback.count, ..StallDetection::default() };
     }
 
     /// Advances the window to an acknowledgement, or counts an idle heartbeat.
-    fn advance(&mut self, acknowledged_in: usize, feedback: &Feedback) {
-        if acknowledged_in > self.progress.acknowledged {
-            self.progress.acknowledged = acknowledged_in;
-            self.progress.next = self.progress.next.max(acknowledged_in);
-            self.stall.idle_heartbeats = 0;
-            self.stall.go_backs = 0;
-        } else if feedback.count > self.stall.last_count && feedback.busy == 0 {
-            self.stall.idle_heartbeats += 1;
+    fn advance(&mut self, acknowledged_in: Option<usize>, feedback: &Feedback) {
+        let is_new = feedback.count != self.stall.last_count;
+        match acknowledged_in {
+            Some(accepted) if accepted > self.progress.acknowledged => {
+                self.progress.acknowledged = accepted;
+                self.progress.next = self.progress.next.max(accepted);
+                self.stall.idle_heartbeats = 0;
+                self.stall.go_backs = 0;
+                self.disputes.lower_acknowledgements = 0;
+            }
+            Some(accepted) if accepted < self.progress.acknowledged => {
+                self.disputes.lower_acknowledgements += u32::from(is_new);
+                if self.disputes.lower_acknowledgements >= LOWER_ACKNOWLEDGEMENTS {
+                    // The controller repeats it: the higher number was not the controller's.
+                    (self.progress.acknowledged, self.progress.next) = (accepted, accepted);
+                    self.disputes.lower_acknowledgements = 0;
+                    self.disputes.contradictions += 1;
+                }
+            }
+            _ => {
+                self.disputes.lower_acknowledgements = 0;
+                let is_idle = feedback.count > self.stall.last_count && feedback.busy == 0;
+                self.stall.idle_heartbeats += u64::from(is_idle);
+            }
         }
         self.stall.last_count = feedback.count;
     }
 
-    /// Number of chunks of this stream that the controller has accepted.
-    fn acknowledged_in(&self, feedback: &Feedback) -> usize {
-        let Ok(accepted) = usize::try_from(feedback.next_sequence) else { return 0 };
+    /// Number of chunks of this stream that the controller has accepted; `None` if the feedback is
+    /// about another stream.
+    fn acknowledged_in(&self, feedback: &Feedback) -> Option<usize> {
+        let accepted = usize::try_from(feedback.next_sequence).ok()?;
         let is_this_stream = self.is_this_plan(feedback)
             && accepted <= self.chunks.len()
-            && feedback.stream == self.stream_at(accepted);
-        if is_this_stream { accepted } else { 0 }
+            && (accepted == 0 || feedback.stream == self.stream_at(accepted));
+        is_this_stream.then_some(accepted)
     }
 
     /// Whether the feedback is about this plan and epoch.
@@ -231,9 +313,12 @@ impl<'a> SendWindow<'a> {
         if Verdict::from_wire(feedback.verdict) != Some(Verdict::Refused) {
             return None;
         }
-        let is_this_session = feedback.session == self.session && self.is_this_plan(feedback);
-        let concerns_this_plan =
-            is_this_session || feedback.session == 0 || self.acknowledged_in(feedback) > 0;
+        // The refused chunk follows the accepted ones, and these are ours.
+        let acknowledged = self.acknowledged_in(feedback);
+        let is_of_stream =
+            feedback.refused_sequence == feedback.next_sequence && acknowledged.is_some();
+        let is_addressed = feedback.session == self.session || acknowledged > Some(0);
+        let concerns_this_plan = is_of_stream && is_addressed || feedback.session == 0;
         if !(concerns_this_plan || self.is_correction_of_first_chunk(feedback)) {
             return None;
         }
@@ -277,5 +362,7 @@ fn check_stream(chunks: &[PlanChunk]) -> Result<Digest, ChannelError> {
     Ok(stream)
 }
 
+#[cfg(test)]
+mod exploration;
 #[cfg(test)]
 mod tests;

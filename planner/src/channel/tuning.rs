@@ -12,6 +12,25 @@ pub(crate) const IDLE_HEARTBEATS: u64 = 3;
 /// Go-backs without progress after which the controller counts as lost: its feedback arrives, but
 /// no chunk reaches it.
 pub(crate) const GO_BACKS_MAX: u32 = 500;
+/// Feedback messages that must repeat a claim that ends the delivery. A controller publishes one
+/// every millisecond.
+pub(crate) const CONFIRMATIONS: u32 = 3;
+/// Time after which such a claim counts without repetition, because the controller is silent.
+pub(crate) const CONFIRM_TIME: Duration = Duration::from_millis(500);
+/// Contradictions after which two processes publish feedback as the controller. A killed controller
+/// and its successor contradict each other once or twice.
+pub(crate) const CONTRADICTIONS_MAX: u32 = 8;
+/// Consecutive lower acknowledgements after which they count.
+pub(crate) const LOWER_ACKNOWLEDGEMENTS: u32 = 3;
+/// Silence of the controller after which another one may take its place.
+pub(crate) const TAKEOVER_SILENCE: Duration = Duration::from_millis(20);
+/// Go-backs without progress after which the ports are made anew: iceoryx2 does not repeat a
+/// connection that failed.
+pub(crate) const RECONNECT_GO_BACKS: u32 = 25;
+/// Silence, or time without a reader of the chunks, after which the ports are made anew. Repeated.
+pub(crate) const RECONNECT_INTERVAL: Duration = Duration::from_secs(1);
+/// Longest time in which the controller publishes feedback and no reader takes the chunks.
+pub(crate) const NO_READER_MAX: Duration = Duration::from_secs(10);
 /// Time without feedback after which the resources of dead processes are freed, repeatedly.
 pub(crate) const CLEANUP_INTERVAL: Duration = Duration::from_millis(200);
 /// Default time without feedback after which the controller counts as lost.

@@ -194,7 +194,10 @@ impl Endpoint {
 
 /// The foothold at a sole pose, or where that has no support the nearest one within
 /// [`OFFSET_MAX`].
-fn foothold_near(
+///
+/// # Errors
+/// The ground supports no sole there, or the foot collides with the world.
+pub(crate) fn foothold_near(
     constraints: &Constraints,
     surfaces: &Surfaces,
     scratch: &mut Scratch,

@@ -7,6 +7,7 @@
 //! | --- | --- | --- |
 //! | Endpoints | the robot at the start and at the goal | 4.4.1 |
 //! | Route | a guide route, with the crouch profile (stage P) | 3, 4.1-4.3 |
+//! | DirectSteps | footholds of steps straight to a near goal | 4.4.2 |
 //! | Segmentation | segments of the route that share their end states | 3.2 |
 //! | Footholds | footholds along the route | 4.2, 4.4.4 |
 //! | Connections | transitions between footholds | 4.4.2 |
@@ -37,6 +38,7 @@ use crate::motion::mode_graph::ModeGraph;
 use crate::pipeline::bottlenecks::Bottleneck;
 use crate::pipeline::chunk_stage::ChunkStage;
 use crate::pipeline::connection::ConnectionStage;
+use crate::pipeline::direct_stage::DirectStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
 use crate::pipeline::outcome::{Bound, Outcome, Status};
@@ -45,6 +47,7 @@ use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::retrace::{Retrace, steps_retraced};
 use crate::pipeline::route_stage::RouteStage;
 use crate::pipeline::search::{Search, SearchStats};
+use crate::pipeline::search_trace::SearchTrace;
 use crate::pipeline::segment_cycle::{ConfigurationStage, MotionStage};
 use crate::pipeline::segment_stage::SegmentStage;
 use crate::pipeline::segmentation_stage::SegmentationStage;
@@ -91,6 +94,7 @@ impl Stages {
         match stage {
             Stage::Endpoints => self.endpoints.step(context, search, budget),
             Stage::Route => self.route.step(context, search, budget),
+            Stage::DirectSteps => DirectStage.step(context, search, budget),
             Stage::Segmentation => self.segmentation.step(context, search, budget),
             Stage::Footholds => FootholdStage.step(context, search, budget),
             Stage::Connections => ConnectionStage.step(context, search, budget),
@@ -138,7 +142,7 @@ impl Planner {
         self.in_pool(|planner| planner.advance(work, category))
     }
 
-    fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status + Send) -> Status {
+    fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status) -> Status {
         let threads = self.context.threads.clone();
         threads.run(|| advance(self))
     }
@@ -209,6 +213,11 @@ impl Planner {
         self.stages.recovery.bottleneck()
     }
 
+    /// How far the search came. Allocates.
+    pub fn trace(&self) -> SearchTrace {
+        SearchTrace::of(&self.search.route, self.stats().used_straight_line, self.bottleneck())
+    }
+
     /// How far back the plan leads first.
     pub fn retrace(&self) -> Retrace {
         self.stages.endpoints.retrace
@@ -243,6 +252,7 @@ impl Planner {
             + search.segments.bytes()
             + search.segmentation.bytes()
             + search.footholds.selection.bytes()
+            + search.direct.bytes()
             + nearest_vertices;
         [
             ("possibility", search.route.bytes() + search.crouch.bytes()),

@@ -19,6 +19,7 @@ use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::SearchBatch;
 use crate::pipeline::chunk_stage::ChunkStage;
+use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::endpoints::StanceSurfaces;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
@@ -80,6 +81,7 @@ pub struct PlannerBuilder<'a> {
     scenario: &'a Scenario,
     preparation: Preparation,
     threads: NonZeroUsize,
+    may_exceed_cores: bool,
     /// Plan id and epoch.
     plan_name: (u64, u64),
     rest_state: Option<&'a RestState>,
@@ -104,6 +106,7 @@ impl Planner {
             scenario,
             preparation,
             threads: NonZeroUsize::MIN,
+            may_exceed_cores: false,
             plan_name: (1, 0),
             rest_state: None,
             retrace: (&[], 0),
@@ -113,9 +116,16 @@ impl Planner {
 }
 
 impl<'a> PlannerBuilder<'a> {
-    /// Number of threads that share the work. It has no influence on the plan.
+    /// Number of threads that share the work, the calling one included; at most one for each core
+    /// that the process may use. It has no influence on the plan.
     pub fn threads(self, threads: NonZeroUsize) -> Self {
-        Self { threads, ..self }
+        Self { threads, may_exceed_cores: false, ..self }
+    }
+
+    /// Number of threads, also where the process may use fewer cores: to test that the plan does
+    /// not depend on it.
+    pub fn uncapped_threads(self, threads: NonZeroUsize) -> Self {
+        Self { threads, may_exceed_cores: true, ..self }
     }
 
     /// Plan id and epoch that the chunks carry. Plan 1, epoch 0 by default.
@@ -189,7 +199,8 @@ impl<'a> PlannerBuilder<'a> {
         if !self.preparation.is_for(self.model, config) {
             return Err(PreparationError::OtherRobot.into());
         }
-        let threads = Threads::new(self.threads).map_err(|error| PlannerError::Threads {
+        let start = if self.may_exceed_cores { Threads::uncapped } else { Threads::new };
+        let threads = start(self.threads).map_err(|error| PlannerError::Threads {
             threads: self.threads.get(),
             reason: error.to_string(),
         })?;
@@ -225,6 +236,7 @@ impl<'a> PlannerBuilder<'a> {
                 nearest_vertices: reserve(config.footholds_max as usize),
                 is_new_route: false,
             },
+            direct: DirectSteps::new(),
             segmentation: Segmentation::new(transitions_max),
             segments: SegmentSearches::new(config),
             batch: SearchBatch::default(),

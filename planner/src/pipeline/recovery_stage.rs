@@ -7,6 +7,7 @@ use crate::motion::ids::TransitionId;
 use crate::motion::transition_sequence::Objective;
 use crate::motion::tuning::ATTEMPTS_MAX;
 use crate::pipeline::bottlenecks::{Bottleneck, Bottlenecks, mid_feet_pose};
+use crate::pipeline::direct_stage::reject_steps;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::recovery_policy::{RecoveryAction, detour_about};
 use crate::pipeline::search::Search;
@@ -46,6 +47,9 @@ impl RecoveryStage {
         search: &mut Search,
         _budget: u64,
     ) -> Result<Event, ArenaFull> {
+        if search.direct.is_active {
+            return Ok(replace_direct_steps(search));
+        }
         let current = search.segments.current_mut();
         let is_disconnected = current.state == SegmentState::Disconnected;
         current.seek(Objective::Feasible);
@@ -117,6 +121,15 @@ impl RecoveryStage {
             RecoveryAction::NewRoute => leave_route(search, frontier),
         }
     }
+}
+
+/// Direct steps could not be completed: others are tried, or stage P searches a route.
+fn replace_direct_steps(search: &mut Search) -> Event {
+    if reject_steps(search) {
+        return Event::Near;
+    }
+    search.segments.current_mut().state = SegmentState::Leave;
+    Event::Done
 }
 
 /// Whether a transition of the current sequence has no configuration, or the motion to it failed.

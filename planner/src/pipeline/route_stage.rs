@@ -1,10 +1,14 @@
 //! Stage P: finds a guide route, and how the robot crouches along it [Grey 3, 4.1-4.3].
 
+use surefoot_shared_types::message::SupportMode;
+
 use crate::base::capacity::ArenaFull;
+use crate::motion::ids::{GOAL, START};
+use crate::pipeline::direct_stage::poses_between;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
-use crate::possibility::{CrouchContext, Progress, StageContext, UpperBody};
+use crate::possibility::{CrouchContext, Progress, StageContext, UpperBody, UpperBodyFit};
 use crate::preparation::planning_context::PlanningContext;
 
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
@@ -43,6 +47,9 @@ impl RouteStage {
         if self.is_crouching {
             return Ok(self.choose_crouch(context, search, budget));
         }
+        if self.begin_direct_steps(context, search) {
+            return Ok(Event::Near);
+        }
         match self.grow(context, search, budget) {
             Progress::Growing => return Ok(Event::Continue),
             Progress::Route => {}
@@ -62,9 +69,31 @@ impl RouteStage {
         Ok(if self.is_crouching { Event::Continue } else { end(search) })
     }
 
-    /// Grows the trees by at most `budget` units of work.
-    fn grow(&self, context: &PlanningContext, search: &mut Search, budget: u64) -> Progress {
-        let context = StageContext {
+    /// Makes the interpolation between start and goal the route, if the goal is near, the robot
+    /// stands on both feet, and its upper body fits upright all along.
+    fn begin_direct_steps(&self, context: &PlanningContext, search: &mut Search) -> bool {
+        if std::mem::replace(&mut search.direct.is_tried, true) {
+            return false;
+        }
+        let [start, goal] = [START, GOAL].map(|end| search.roadmap.boundary(end));
+        let may_step = start.support == SupportMode::Double && start.footholds != goal.footholds;
+        let [start, goal] = search.route.ends();
+        let poses = poses_between(start, goal).filter(|_| may_step);
+        let Some(poses) = poses else { return false };
+        search.stats.work += 1;
+        let fit = self.context(context).fit_between(&start, &goal, false);
+        if fit != Some(UpperBodyFit::Upright) {
+            return false;
+        }
+        search.route.set_route(poses);
+        search.segmentation.begin(START);
+        search.segmentation.push(GOAL, search.route.route().vertex_count() - 1);
+        true
+    }
+
+    /// What stage P reads.
+    fn context<'a>(&'a self, context: &'a PlanningContext) -> StageContext<'a> {
+        StageContext {
             constraints: &context.constraints,
             surfaces: &context.surfaces,
             upper_body: &self.upper_body,
@@ -72,8 +101,12 @@ impl RouteStage {
             seed: context.seed,
             stance_width: self.stance_width,
             threads: &context.threads,
-        };
-        let (progress, spent) = search.route.advance(&context, budget);
+        }
+    }
+
+    /// Grows the trees by at most `budget` units of work.
+    fn grow(&self, context: &PlanningContext, search: &mut Search, budget: u64) -> Progress {
+        let (progress, spent) = search.route.advance(&self.context(context), budget);
         search.stats.work += spent;
         search.stats.tree_edges = search.route.labelled();
         progress

@@ -6,6 +6,7 @@ use crate::foot_placement::Scratch;
 use crate::motion::ids::FootholdId;
 use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::{BatchStats, SearchBatch};
+use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::segment_searches::SegmentSearches;
@@ -27,6 +28,8 @@ pub(crate) struct Search {
     pub footholds: FootholdSampling,
     /// State of the transitions between footholds.
     pub connections: Connections,
+    /// The direct steps to a near goal.
+    pub direct: DirectSteps,
     /// The segments of the route.
     pub segmentation: Segmentation,
     /// The searches of the segments.

@@ -139,6 +139,7 @@ fn after_motions(
     search: &mut Search,
     has_failed: bool,
 ) -> Result<(), ArenaFull> {
+    let is_direct = search.direct.is_active;
     let current = search.segments.current_mut();
     let SegmentSearch { state: SegmentState::Move { next, failed }, ref sequence, .. } = *current
     else {
@@ -148,6 +149,7 @@ fn after_motions(
     match current.objective {
         _ if next <= sequence.len() => current.state = SegmentState::Move { next, failed },
         _ if !failed => return remove_steps_of_complete(context, search),
+        Objective::Feasible if is_direct => current.state = SegmentState::Failed,
         Objective::Feasible => current.seek(Objective::ConnectModes),
         Objective::FromGoal | Objective::ConnectModes => current.state = SegmentState::Failed,
         Objective::FewerSteps => return remove_steps(context, search),

@@ -98,6 +98,18 @@ impl SegmentSearch {
         Ok(())
     }
 
+    /// Appends a transition to the sequence that is being completed.
+    ///
+    /// # Errors
+    /// It has more transitions than may have configurations.
+    pub fn push(&mut self, transition: TransitionId) -> Result<(), ArenaFull> {
+        if self.sequence.len() == self.sequence.capacity() {
+            return Err(ArenaFull::Configurations);
+        }
+        self.sequence.push(transition);
+        Ok(())
+    }
+
     /// Begins with a segment whose vertices were all swept once.
     fn begin(&mut self, segment: usize) {
         self.segment = segment;

@@ -27,7 +27,9 @@ impl SegmentStage {
         match event {
             Event::LeaveRoute => {
                 search.segments.current_mut().seek(Objective::Feasible);
-                search.route.restart();
+                if !std::mem::take(&mut search.direct.is_active) {
+                    search.route.restart();
+                }
                 search.segmentation.cancel_detour();
             }
             Event::Complete => {

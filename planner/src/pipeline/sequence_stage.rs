@@ -181,13 +181,13 @@ impl SequenceStage {
         let Self { searcher, estimates } = self;
         let may_be_partial = search.may_use_partial_support();
         let graph = &search.roadmap.graph;
-        let estimate = |budget| estimates.estimate(context, graph, may_be_partial, budget);
-        let (spent, priors) = if searcher.is_running {
-            let half = budget.div_ceil(2);
-            context.threads.join(|| searcher.advance(search, half), || estimate(budget - half))
-        } else {
-            (0, estimate(budget))
+        let budget_of_search = if searcher.is_running { budget.div_ceil(2) } else { 0 };
+        let advance = || match searcher.is_running {
+            true => searcher.advance(search, budget_of_search),
+            false => 0,
         };
+        let left = budget - budget_of_search;
+        let (spent, priors) = estimates.estimate((context, graph), may_be_partial, left, advance);
         let spent = spent + priors.len() as u64;
         estimates.extend(priors);
         let is_over = spent < budget && !searcher.is_running && estimates.is_complete();

@@ -7,6 +7,8 @@ pub enum Stage {
     Endpoints,
     /// Stage P finds a guide route [Grey 3, 4.1-4.3].
     Route,
+    /// The fewest steps straight to a near goal are searched and tested [Grey 4.4.2].
+    DirectSteps,
     /// The route is divided into segments [Grey 3.2].
     Segmentation,
     /// Footholds are sampled along the route [Grey 4.2, 4.4.4].
@@ -41,7 +43,7 @@ impl Stage {
         match self {
             Self::Endpoints => Some(WorkCategory::Endpoints),
             Self::Route | Self::Segmentation => Some(WorkCategory::Route),
-            Self::Footholds => Some(WorkCategory::Footholds),
+            Self::Footholds | Self::DirectSteps => Some(WorkCategory::Footholds),
             Self::Connections | Self::Estimates => Some(WorkCategory::Transitions),
             Self::Sequence => Some(WorkCategory::Sequence),
             Self::Configurations => Some(WorkCategory::Configurations),
@@ -63,6 +65,8 @@ pub enum Event {
     Done,
     /// The robot cannot stand at the start or at the goal.
     Invalid,
+    /// The goal is near: direct steps come before any guide route.
+    Near,
     /// There is a new guide route.
     NewRoute,
     /// The route has a detour within the current segment.

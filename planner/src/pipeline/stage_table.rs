@@ -20,9 +20,12 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 28] = [
+pub const TRANSITIONS: [Transition; 32] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
+    row(Stage::Route, Event::Near, Stage::DirectSteps),
+    row(Stage::DirectSteps, Event::Done, Stage::Segments),
+    row(Stage::DirectSteps, Event::NewRoute, Stage::Route),
     row(Stage::Route, Event::NewRoute, Stage::Segmentation),
     row(Stage::Route, Event::Detour, Stage::Footholds),
     row(Stage::Route, Event::NoFurtherRoute, Stage::Connections),
@@ -47,6 +50,7 @@ pub const TRANSITIONS: [Transition; 28] = [
     row(Stage::Recovery, Event::NeedsFootholds, Stage::Footholds),
     row(Stage::Recovery, Event::Detour, Stage::Route),
     row(Stage::Recovery, Event::LongSteps, Stage::Connections),
+    row(Stage::Recovery, Event::Near, Stage::DirectSteps),
     row(Stage::Shortcuts, Event::Done, Stage::Chunks),
     row(Stage::Chunks, Event::Found, Stage::Over),
 ];

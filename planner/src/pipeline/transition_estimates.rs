@@ -40,21 +40,22 @@ impl TransitionEstimates {
     }
 
     /// Estimates the next transitions and their twins, as many as `budget` allows, each in
-    /// parallel with the others. With `may_be_partial`, partial support adds no cost.
-    pub fn estimate(
+    /// parallel with the others and with `first`. With `may_be_partial`, partial support adds no
+    /// cost.
+    pub fn estimate<A>(
         &self,
-        context: &PlanningContext,
-        graph: &ModeGraph,
+        (context, graph): (&PlanningContext, &ModeGraph),
         may_be_partial: bool,
         budget: u64,
-    ) -> Batch<[TransitionPrior; 2]> {
+        first: impl FnOnce() -> A,
+    ) -> (A, Batch<[TransitionPrior; 2]>) {
         let left = &self.ids[self.priors.len()..];
         let due = &left[..items_in(budget, left.len())];
         let both: heapless::Vec<TransitionId, { 2 * BATCH_MAX }> =
             due.iter().flat_map(|&id| [id, ModeGraph::twin(id)]).collect();
         let prior = |id| transition_prior(&context.constraints, id, graph, may_be_partial);
-        let priors = context.threads.map(&both, prior);
-        priors.as_chunks().0.iter().copied().collect()
+        let (made, priors) = context.threads.map_beside(first, &both, prior);
+        (made, priors.as_chunks().0.iter().copied().collect())
     }
 
     /// Adds the priors of the next transitions.

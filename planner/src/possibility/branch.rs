@@ -287,15 +287,15 @@ impl Branches {
         budget: u64,
     ) -> u64 {
         let inputs = (context, placements);
-        let task_count = context.threads.count().min(2);
         let grow = |branch: &mut Branch| branch.grow(inputs, &is_blocked, 0);
         let mut spent = 0;
         while spent < budget {
+            let task_count = context.threads.count().min(2);
             let branches = &mut self.branches[..self.count];
             let mut growing = branches.iter_mut().filter(|branch| !branch.has_ended());
             spent += match (growing.next(), growing.next()) {
                 (None, _) => break,
-                (Some(alone), None) if task_count > 1 => {
+                (Some(alone), None) if task_count > 1 || alone.untested_stride.is_some() => {
                     alone.grow_alone(inputs, &is_blocked, &mut self.second_scratch)
                 }
                 _ => work_budget::advance_several(

@@ -28,7 +28,7 @@ pub use guide_route::GuideRoute;
 pub use mid_feet_pose::MidFeetPose;
 pub use route_run::Progress;
 pub use route_search::RouteSearch;
-pub use upper_body::UpperBody;
+pub use upper_body::{UpperBody, UpperBodyFit};
 pub use vertex_candidates::StageContext;
 
 mod branch;

@@ -1,5 +1,6 @@
 //! The search for a guide route in Gamma_P: a bidirectional RRT over mid-feet poses [Grey 3, 4.3].
 
+use glam::DVec3;
 use surefoot_shared_types::config::scenario::StancePose;
 
 use crate::base::arena::{reserve, slice_at};
@@ -134,6 +135,15 @@ impl RouteSearch {
         &self.route
     }
 
+    /// The edges of both trees, between points midway between the soles, m.
+    pub fn tree_edges(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        self.forest.trees.iter().flat_map(|tree| {
+            let position = |vertex: &Vertex| vertex.pose.position;
+            tree.iter()
+                .map(move |vertex| [position(&tree[vertex.parent as usize]), position(vertex)])
+        })
+    }
+
     /// The placements found at vertex `index` of the route.
     pub fn placements(&self, index: usize) -> &[FootPlacement] {
         slice_at(&self.forest.placements, self.route.vertices[index].placements)
@@ -153,6 +163,13 @@ impl RouteSearch {
                 * (spacing / at.horizontal_offset_to(&goal).length().max(spacing));
         }
         self.route.vertices.push(Vertex::root(goal, None));
+        self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
+    }
+
+    /// Makes these poses the route, without placements.
+    pub fn set_route(&mut self, poses: impl Iterator<Item = MidFeetPose>) {
+        self.route.clear();
+        self.route.vertices.extend(poses.map(|pose| Vertex::root(pose, None)));
         self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
     }
 

@@ -24,6 +24,8 @@ use crate::primitives::level_sole::side_of;
 use crate::primitives::transition_configuration::{TransitionPair, has_valid_posture};
 use crate::robot::mechanism::Mechanism;
 
+/// Share of the spacing of the sampled turns at which a turn counts as a sampled one.
+const EXACT_TURN: f64 = 0.05;
 /// The shortest and the longest step where no step is possible.
 const NO_STEP: [f64; 2] = [1.0, 0.0];
 
@@ -83,6 +85,35 @@ impl StepLimits {
                 .any(|&climb| bearings.iter().any(|&bearing| holds(lengths[climb][bearing])))
         };
         around_turn(turn).any(|turn| any_holds(&self.lengths[limb][turn]))
+    }
+
+    /// Whether the other one of two level soles lies well within the step limits: between the
+    /// shortest and the longest step of all samples around its direction and turn, without slack.
+    pub fn is_inside(
+        &self,
+        limb: usize,
+        world_from_stance: &Pose,
+        world_from_other: &Pose,
+    ) -> bool {
+        let offset = (world_from_other.translation - world_from_stance.translation).truncate();
+        let heading = yaw_of(world_from_stance.rotation);
+        let bearing = libm::atan2(offset.y, offset.x) - heading;
+        let turn = side_of(1 - limb) * wrap_angle(yaw_of(world_from_other.rotation) - heading);
+        let bearings = around_index(bearing.rem_euclid(TAU) / TAU * BEARINGS as f64)
+            .map(|bearing| bearing % BEARINGS);
+        let length = offset.length();
+        let holds = |turn: usize| {
+            bearings.iter().all(|&bearing| {
+                let [shortest, longest] = self.lengths[limb][turn][CLIMBS / 2][bearing];
+                shortest <= length && length <= longest
+            })
+        };
+        let below = (turn / STEP_TURN_MAX + 1.0) * 0.5 * (STEP_TURNS - 1) as f64;
+        let nearest = libm::round(below);
+        if (below - nearest).abs() < EXACT_TURN {
+            return (0.0..STEP_TURNS as f64).contains(&nearest) && holds(nearest as usize);
+        }
+        turn.abs() < STEP_TURN_MAX && around_turn(turn).all(holds)
     }
 
     /// Whether the robot may stand on either sole, left or right, and touch with the other, in

@@ -107,7 +107,7 @@ impl Case {
         let preparation = try_preparation_for(&self.model, &self.scenario.planner)
             .unwrap_or_else(|_| preparation_for(&hubo(), &PlannerConfig::default()));
         Planner::builder(&self.model, &self.world, &self.scenario, preparation)
-            .threads(NonZeroUsize::new(threads).unwrap())
+            .uncapped_threads(NonZeroUsize::new(threads).unwrap())
             .build()
     }
 

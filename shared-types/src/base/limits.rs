@@ -12,3 +12,7 @@ pub const POLYGON_VERTICES_MAX: usize = 16;
 pub const CORRECTIONS_MAX: usize = 32;
 /// Links of a robot that are kept apart. Of more, those that are fixed to each other become one.
 pub const LINKS_KEPT_MAX: usize = 192;
+/// Most ended requests that a status names.
+pub const REQUEST_ENDS_MAX: usize = 16;
+/// Longest reason of a request's end, bytes.
+pub const REASON_BYTES_MAX: usize = 160;

@@ -5,6 +5,8 @@ use std::path::{Component, Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
+use crate::base::closest::{closest, question};
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 
 /// Largest size of a robot, world, scenario or URDF file, bytes.
@@ -46,13 +48,25 @@ impl FileLocation {
 }
 
 impl TextFile {
-    /// Reads a whole UTF-8 file of at most `bytes_max` bytes.
-    pub(crate) fn read(path: &Path, bytes_max: u64) -> Result<Self, InputError> {
-        let bytes =
-            read_bytes(path, bytes_max).map_err(|message| InputError::file(path, message))?;
+    /// Reads a whole UTF-8 file of a kind, of at most `bytes_max` bytes.
+    pub(crate) fn read(path: &Path, kind: FileKind, bytes_max: u64) -> Result<Self, InputError> {
+        Self::read_any(path, kind, bytes_max, false)
+    }
+
+    /// As [`Self::read`]; a pipe or a device is read to its end if `is_piped`.
+    pub(crate) fn read_any(
+        path: &Path,
+        kind: FileKind,
+        bytes_max: u64,
+        is_piped: bool,
+    ) -> Result<Self, InputError> {
+        let bytes = if is_piped { read_open(path, bytes_max) } else { read_bytes(path, bytes_max) };
+        let bytes = bytes.map_err(|message| InputError::file(path, message))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-            InputError::file(path, "is not UTF-8 text").at_line(line_at(valid, valid.len()))
+            let line = line_at(valid, valid.len());
+            let refused = InputError::file(path, "is not UTF-8 text").at_line(line);
+            kind.needed_instead(path, error.as_bytes(), refused)
         })?;
         Ok(Self { path: path.to_owned(), text })
     }
@@ -67,24 +81,40 @@ impl TextFile {
         line_at(self.text.as_bytes(), offset)
     }
 
-    /// The whole text as a TOML document.
-    pub(crate) fn parse_toml<T: DeserializeOwned>(&self) -> Result<T, InputError> {
+    /// The whole text as a TOML document of a kind.
+    pub(crate) fn parse_toml<T: DeserializeOwned>(&self, kind: FileKind) -> Result<T, InputError> {
         toml::from_str(&self.text).map_err(|error| {
-            let message = InputError::file(&self.path, one_line(error.message()));
-            match error.span() {
+            let message = with_question(one_line(error.message()));
+            let message = InputError::file(&self.path, message);
+            let message = match error.span() {
                 Some(span) => message.at_line(line_at(self.text.as_bytes(), span.start)),
                 None => message,
-            }
+            };
+            kind.needed_instead(&self.path, self.text.as_bytes(), message)
         })
     }
 }
 
 /// Reads a regular file of at most `bytes_max` bytes.
 pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String> {
-    let unreadable = |error: std::io::Error| format!("cannot be read: {error}");
-    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+    let found = std::fs::metadata(path)
+        .map_err(|error| format!("{}{}", unreadable(&error), question(path)))?;
+    if found.is_dir() {
+        return Err("is a folder; name a file in it".into());
+    }
+    if !found.is_file() {
         return Err("is not a regular file".into());
     }
+    read_open(path, bytes_max)
+}
+
+fn unreadable(error: &std::io::Error) -> String {
+    format!("cannot be read: {error}")
+}
+
+/// Reads what `path` gives until its end, at most `bytes_max` bytes.
+fn read_open(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String> {
+    let unreadable = |error: std::io::Error| unreadable(&error);
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(unreadable)?;
     file.take(bytes_max + 1).read_to_end(&mut bytes).map_err(unreadable)?;
@@ -102,6 +132,12 @@ pub(crate) fn absolute(path: &Path) -> PathBuf {
         (Some(folder), Some(name)) => folder.join(name),
         _ => lexical,
     }
+}
+
+/// The folder of a file; `.` for a name alone.
+pub fn folder_of(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.map_or_else(|| PathBuf::from("."), Path::to_owned)
 }
 
 /// The absolute path `target` relative to the absolute path `folder`, with forward slashes.
@@ -149,6 +185,23 @@ fn check_each(
 
 fn line_at(text: &[u8], offset: usize) -> usize {
     1 + text[..offset.min(text.len())].iter().filter(|byte| **byte == b'\n').count()
+}
+
+/// The message about an unknown name with the name that was probably meant, instead of all that are
+/// known.
+fn with_question(message: String) -> String {
+    let Some((unknown, known)) = message.split_once(", expected ") else { return message };
+    let quoted = |text: &str| -> Vec<String> {
+        text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+    };
+    let (names, known) = (quoted(unknown), quoted(known));
+    let meant = names.first().and_then(|name| closest(name, known.iter().map(String::as_str)));
+    match meant {
+        Some(meant) if unknown.starts_with("unknown ") => {
+            format!("{unknown}; did you mean `{meant}`?")
+        }
+        _ => message,
+    }
 }
 
 fn one_line(message: &str) -> String {

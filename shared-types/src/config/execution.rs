@@ -14,6 +14,8 @@ pub enum MotionKind {
 impl MotionKind {
     /// The names of all motions.
     pub const NAMES: [&'static str; 2] = ["quasi_static", "smooth"];
+    /// The names of the motions that the planner makes.
+    pub const PLANNED: [&'static str; 1] = ["quasi_static"];
 
     /// Its name in scenarios and reports.
     pub fn name(self) -> &'static str {

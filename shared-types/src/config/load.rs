@@ -6,11 +6,13 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::base::digest::Digest;
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
-use crate::base::text_file::{TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
+use crate::base::text_file::{TextFile, check_numbers, check_positive};
 use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
+use crate::config::scenario_source::ScenarioSource;
 use crate::config::validation::check_relations;
 
 #[derive(Deserialize)]
@@ -63,13 +65,21 @@ struct RawGoal {
 /// The file cannot be read, a number is out of range, or a margin of the planner is not strictly
 /// stronger than the checker's tolerance.
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
-    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
-    let raw: RawScenario = source.parse_toml()?;
-    let start = start_stance(&raw.start, &source)?;
-    let goal = goal_stance(&raw.goal, &source)?;
-    let (planner, checker, execution) = configs(raw.planner, raw.checker, raw.execution, &source)?;
+    scenario_of(&ScenarioSource::read(path)?)
+}
+
+/// As [`load_scenario`], of a text that was read already.
+///
+/// # Errors
+/// As [`load_scenario`].
+pub fn scenario_of(source: &ScenarioSource) -> Result<Scenario, InputError> {
+    let ScenarioSource { file: source, folder, .. } = source;
+    let path = &source.path;
+    let raw: RawScenario = source.parse_toml(FileKind::Scenario)?;
+    let start = start_stance(&raw.start, source)?;
+    let goal = goal_stance(&raw.goal, source)?;
+    let (planner, checker, execution) = configs(raw.planner, raw.checker, raw.execution, source)?;
     let raw_goal = raw.goal.into_inner();
-    let folder = path.parent().unwrap_or(Path::new(""));
     let scenario = Scenario {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),

@@ -10,6 +10,7 @@ pub mod parameter_lines;
 pub mod parameters;
 pub mod planner;
 pub mod scenario;
+pub mod scenario_source;
 pub(crate) mod validation;
 
 pub use execution::{ExecutionConfig, MotionKind};

@@ -1,13 +1,13 @@
 //! The lines of a scenario file that set parameters.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
-use crate::base::text_file::{TEXT_BYTES_MAX, TextFile};
+use crate::config::scenario_source::ScenarioSource;
 
 /// The tables, with the position of each value in the file.
 #[derive(Deserialize)]
@@ -23,10 +23,10 @@ struct Tables {
 /// The line of each parameter that a scenario file sets, by name, such as `planner.work_max`.
 ///
 /// # Errors
-/// The file cannot be read, or is not TOML.
-pub fn parameter_lines(path: &Path) -> Result<BTreeMap<String, usize>, InputError> {
-    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
-    let Tables { planner, checker, execution } = source.parse_toml()?;
+/// It is not TOML.
+pub fn parameter_lines(source: &ScenarioSource) -> Result<BTreeMap<String, usize>, InputError> {
+    let source = &source.file;
+    let Tables { planner, checker, execution } = source.parse_toml(FileKind::Scenario)?;
     let tables = [("planner", planner), ("checker", checker), ("execution", execution)];
     let lines = tables.into_iter().flat_map(|(table, values)| {
         let line = |value: &Spanned<toml::Value>| source.line(value.span().start);

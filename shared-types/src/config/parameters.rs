@@ -279,11 +279,10 @@ pub static PARAMETERS: [Parameter; 28] = [
         name: "execution.motion",
         unit: "",
         effect: "How the plan moves: `quasi_static` in straight lines at slow speeds, with a rest \
-            at the end of every chunk; `smooth` with continuous accelerations, as fast as the \
-            limits allow.",
-        range: Range::Names(&MotionKind::NAMES),
+            at the end of every chunk.",
+        range: Range::Names(&MotionKind::PLANNED),
         relation: "",
-        source: "both stand in a physical replay at their own times; the default is the slower one",
+        source: "the only motion that the planner makes",
         value: |_, _, execution| Value::Name(execution.motion.name()),
     },
     Parameter {

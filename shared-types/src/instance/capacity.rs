@@ -3,11 +3,11 @@
 //! after.
 
 use std::ffi::CString;
-use std::fs::{OpenOptions, Permissions};
+use std::fs::OpenOptions;
 use std::io;
 use std::os::fd::AsRawFd;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
 use crate::instance::error::{InstanceError, io_error};
@@ -24,30 +24,30 @@ pub(crate) fn check(path: &Path) -> Result<(), InstanceError> {
     }
 }
 
-/// Closes a segment to other users (iceoryx2 leaves one of its own open to all) and allocates all
-/// its pages. Its content stays. No error if the segment does not exist. A segment that its process
-/// has not finished is left to that process.
+/// Allocates all pages of a segment. Its content and its mode stay. No error if the segment does
+/// not exist. A segment that its process has not finished is left to that process.
 pub(crate) fn reserve(segment: &Path) -> Result<(), InstanceError> {
-    if segment
-        .symlink_metadata()
-        .is_ok_and(|metadata| is_unfinished(metadata.len(), metadata.mode()))
-    {
-        return Ok(());
-    }
     let opened =
         OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(segment);
     let file = match opened {
         Ok(file) => file,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        // Missing, or not finished: write-only.
+        Err(error)
+            if matches!(
+                error.kind(),
+                io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied
+            ) =>
+        {
+            return Ok(());
+        }
         Err(error) => return Err(io_error(segment, error)),
     };
-    file.set_permissions(Permissions::from_mode(0o600))
-        .map_err(|error| io_error(segment, error))?;
-    let length = file.metadata().map_err(|error| io_error(segment, error))?.len();
-    let Ok(length) = libc::off_t::try_from(length) else { return Ok(()) };
-    if length == 0 {
+    let metadata = file.metadata().map_err(|error| io_error(segment, error))?;
+    let length = metadata.len();
+    if is_unfinished(length, metadata.mode()) {
         return Ok(());
     }
+    let Ok(length) = libc::off_t::try_from(length) else { return Ok(()) };
     // SAFETY: the descriptor is open, and the call touches no memory of this process.
     match unsafe { libc::posix_fallocate(file.as_raw_fd(), 0, length) } {
         0 => Ok(()),

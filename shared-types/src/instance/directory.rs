@@ -1,108 +1,24 @@
-//! Private folders, and the shared-memory segments of iceoryx2 in `/dev/shm`.
+//! The root folder of an instance, and the shared-memory segments of iceoryx2 in `/dev/shm`.
 
 use std::fs;
-use std::fs::{DirBuilder, DirEntry};
+use std::fs::DirEntry;
 use std::io;
 use std::io::ErrorKind;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use crate::instance::error::{InstanceError, io_error};
+use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::lock::LOCK_FILE;
+use crate::instance::private::effective_uid;
 
-/// The folder in which Linux shows POSIX shared memory.
-pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
-
-/// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files
-/// if `/dev/shm` is unusable.
-pub(crate) fn default_base() -> Result<PathBuf, InstanceError> {
-    let folder = format!("surefoot-{}", effective_uid());
-    let base = Path::new(SHARED_MEMORY).join(&folder);
-    match ensure_private(&base) {
-        Ok(_) => Ok(base),
-        Err(InstanceError::Io { .. }) => Ok(std::env::temp_dir().join(folder)),
-        Err(not_private) => Err(not_private),
-    }
-}
-
-/// Creates a folder with mode 0700, or checks that an existing one is private to this user. `false`
-/// if it existed and another process removed it before the check.
-pub(crate) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
-    match DirBuilder::new().mode(0o700).create(path) {
-        Ok(()) => Ok(true),
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => is_ours(path),
-        Err(error) => Err(io_error(path, error)),
-    }
-}
-
-/// As [`ensure_private`] for a folder in the base; `false` also if another process removed the base
-/// in between.
-pub(crate) fn ensure_private_root(root: &Path) -> Result<bool, InstanceError> {
-    unless_missing(ensure_private(root))
-}
-
-/// Whether `path` exists; an error if it is not a private folder of this user.
-pub(crate) fn is_ours(path: &Path) -> Result<bool, InstanceError> {
-    unless_missing(check_private(path).map(|()| true))
-}
-
-/// `false` instead of the error that a file does not exist.
-fn unless_missing(found: Result<bool, InstanceError>) -> Result<bool, InstanceError> {
-    match found {
-        Err(InstanceError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(false),
-        found => found,
-    }
-}
-
-/// Checks that `path` is a private folder of this user.
-fn check_private(path: &Path) -> Result<(), InstanceError> {
-    let not_private =
-        |reason: String| Err(InstanceError::NotPrivate { path: path.to_owned(), reason });
-    let metadata = path.symlink_metadata().map_err(|error| io_error(path, error))?;
-    if metadata.is_symlink() {
-        return not_private("it is a symbolic link, not a folder".into());
-    }
-    if !metadata.is_dir() {
-        return not_private("it is not a folder".into());
-    }
-    if metadata.uid() != effective_uid() {
-        return not_private(format!(
-            "it belongs to user {}, not to user {}",
-            metadata.uid(),
-            effective_uid()
-        ));
-    }
-    let mode = metadata.mode() & 0o7777;
-    if mode & 0o077 != 0 {
-        return not_private(format!(
-            "its mode is {mode:04o}, so other users may enter it; 0700 is needed"
-        ));
-    }
-    Ok(())
-}
-
-/// An error if a segment with this prefix belongs to another user.
-pub(crate) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError> {
-    for segment in segments(prefix)? {
-        match segment.path().symlink_metadata() {
-            Ok(metadata) if metadata.uid() != effective_uid() => {
-                let reason = format!("it belongs to user {}", metadata.uid());
-                return Err(InstanceError::NotPrivate { path: segment.path(), reason });
-            }
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
-/// Removes all segments whose names begin with `prefix`. iceoryx2 itself leaves one behind for
-/// each prefix.
+/// Removes all segments of this user whose names begin with `prefix`. iceoryx2 itself leaves one
+/// behind for each prefix.
 ///
 /// # Errors
 /// The operating system does not permit it.
 pub fn remove_segments(prefix: &str) -> Result<(), InstanceError> {
     for segment in segments(prefix)? {
-        unless_gone(fs::remove_file(segment.path()), &segment.path())?;
+        unless_gone(fs::remove_file(&segment), &segment)?;
     }
     Ok(())
 }
@@ -146,11 +62,16 @@ pub(crate) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
     Ok(names)
 }
 
-/// The segments whose names begin with `prefix`.
-pub(crate) fn segments(prefix: &str) -> Result<Vec<DirEntry>, InstanceError> {
-    let mut found = entries(Path::new(SHARED_MEMORY))?;
-    found.retain(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix)));
-    Ok(found)
+/// The segments of this user whose names begin with `prefix`. Files of other users do not matter:
+/// iceoryx2 opens none of them, because the names of our segments hold ids that they cannot know.
+pub(crate) fn segments(prefix: &str) -> Result<Vec<PathBuf>, InstanceError> {
+    let has_prefix =
+        |entry: &DirEntry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix));
+    let is_ours = |path: &PathBuf| {
+        path.symlink_metadata().is_ok_and(|metadata| metadata.uid() == effective_uid())
+    };
+    let found = entries(Path::new(SHARED_MEMORY))?;
+    Ok(found.iter().filter(|entry| has_prefix(entry)).map(DirEntry::path).filter(is_ours).collect())
 }
 
 fn entries(folder: &Path) -> Result<Vec<DirEntry>, InstanceError> {
@@ -166,9 +87,4 @@ fn unless_gone(result: io::Result<()>, path: &Path) -> Result<(), InstanceError>
         Err(error) if error.kind() != ErrorKind::NotFound => Err(io_error(path, error)),
         _ => Ok(()),
     }
-}
-
-fn effective_uid() -> u32 {
-    // SAFETY: geteuid has no preconditions and cannot fail.
-    unsafe { libc::geteuid() }
 }

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 
 use crate::instance::tuning::MAKING_WAIT_MAX;
 
+/// The folder in which Linux shows POSIX shared memory.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+
 /// Longest name of an instance, bytes.
 pub const NAME_LEN_MAX: usize = 32;
 /// Longest path of a base folder, bytes. iceoryx2 limits its paths, and its folders lie below.
@@ -59,6 +62,14 @@ pub enum InstanceError {
     Path {
         /// The base folder.
         path: PathBuf,
+    },
+    /// Shared memory is missing or read-only.
+    #[error(
+        "shared memory: {SHARED_MEMORY} cannot be written to: {source}; mount a tmpfs there with mode 1777"
+    )]
+    NoSharedMemory {
+        /// The error of the operating system.
+        source: io::Error,
     },
     /// Shared memory is full.
     #[error(
@@ -115,6 +126,14 @@ pub enum ChannelError {
         "another controller moves the robot of this instance; end it, or choose another instance name"
     )]
     Taken,
+    /// Another planner delivers plans in this instance.
+    #[error(
+        "another planner plans for this instance; end it, send it a request ('surefoot request'), or choose another instance name"
+    )]
+    PlannerTaken,
+    /// The instance takes no more processes.
+    #[error("this instance has as many clients as it can have; try again when one has ended")]
+    TooManyClients,
     /// The chunks given are not one stream.
     #[error(
         "chunk {index} of the plan does not continue the stream: same plan and epoch, sequence {index} and the digest so far are needed"

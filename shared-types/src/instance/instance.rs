@@ -2,8 +2,9 @@
 //! to other users and programs.
 //!
 //! Its root folder is `/dev/shm/surefoot-<uid>/<name>`, mode 0700, and the name of every
-//! shared-memory segment begins with the instance's prefix. Every process of the instance holds a
-//! shared lock on the file `lock` in the root; the kernel drops the locks of killed processes.
+//! shared-memory segment begins with the instance's prefix. The prefix holds a random token, which
+//! the file `lock` in the root contains. Every process of the instance holds a shared lock on that
+//! file; the kernel drops the locks of killed processes.
 //! Only a process that holds the lock exclusively removes the root and its segments: the last
 //! process that leaves, or after a crash [`Instance::create`] or [`Instance::clean_dead`].
 
@@ -13,12 +14,11 @@ use std::sync::Arc;
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
-use crate::instance::capacity;
-use crate::instance::directory;
-use crate::instance::error::InstanceError;
+use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::location::Location;
-use crate::instance::lock;
+use crate::instance::token::Token;
 use crate::instance::tuning::LOCK_ATTEMPTS_MAX;
+use crate::instance::{base_folder, capacity, directory, lock, private};
 
 /// A handle on an instance. Clones share it; when the last one is dropped the process leaves.
 #[derive(Debug, Clone)]
@@ -29,6 +29,8 @@ pub struct Instance {
 #[derive(Debug)]
 struct Membership {
     location: Location,
+    token: Token,
+    prefix: String,
     lock: File,
 }
 
@@ -39,7 +41,7 @@ impl Instance {
     /// The name is invalid, the instance is in use, its folder belongs to another user, or the
     /// file system fails.
     pub fn create(name: &str) -> Result<Self, InstanceError> {
-        Self::create_in(&directory::default_base()?, name)
+        Self::create_in(&base_folder::ensure()?, name)
     }
 
     /// Enters an instance that another process created.
@@ -48,7 +50,14 @@ impl Instance {
     /// The name is invalid, the instance does not exist, its folder belongs to another user, or
     /// the file system fails.
     pub fn attach(name: &str) -> Result<Self, InstanceError> {
-        Self::attach_in(&directory::default_base()?, name)
+        for base in base_folder::existing()? {
+            match Self::attach_in(&base, name) {
+                Err(InstanceError::Missing { .. }) => {}
+                attached => return attached,
+            }
+        }
+        let Location { name, root } = Location::new(&base_folder::plain(), name)?;
+        Err(InstanceError::Missing { name, root })
     }
 
     /// As [`Self::create`], below the folder `base`: an absolute path, created with mode 0700 if
@@ -59,23 +68,34 @@ impl Instance {
     pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let location = Location::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
-            directory::refuse_foreign_segments(&location.prefix)?;
             // Nothing slow between the folder and its lock: `clean_dead` counts a folder without a
             // lock as dead.
-            let exists =
-                directory::ensure_private(base)? && directory::ensure_private_root(&location.root)?;
+            let exists = private::ensure_folder(base)? && private::ensure_root(&location.root)?;
             if exists && let Some(lock) = lock::lock_exclusive(&location.root)? {
-                lock::mark_unready(&lock, &location.root)?;
-                directory::empty_except_lock(&location.root)?;
-                directory::remove_segments(&location.prefix)?;
-                lock::mark_ready(&lock, &location.root)?;
+                let token = Self::make_ready(&location, &lock)?;
                 if lock::downgrade(&lock, &location.root)? {
-                    return Ok(Self { membership: Arc::new(Membership { location, lock }) });
+                    return Ok(Self::of(location, token, lock));
                 }
             }
             lock::pause();
         }
         Err(InstanceError::InUse { name: location.name })
+    }
+
+    /// Removes what a crash left in the root, and marks the instance as ready. `lock` is held
+    /// exclusively.
+    fn make_ready(location: &Location, lock: &File) -> Result<Token, InstanceError> {
+        location.remove_segments(lock::token(lock))?;
+        lock::mark_unready(lock, &location.root)?;
+        directory::empty_except_lock(&location.root)?;
+        let token = Token::random();
+        lock::mark_ready(lock, &location.root, token)?;
+        Ok(token)
+    }
+
+    fn of(location: Location, token: Token, lock: File) -> Self {
+        let prefix = location.prefix(token);
+        Self { membership: Arc::new(Membership { location, token, prefix, lock }) }
     }
 
     /// As [`Self::attach`], below the folder `base`.
@@ -85,12 +105,11 @@ impl Instance {
     pub fn attach_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let location = Location::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
-            if !directory::is_ours(base)? || !directory::is_ours(&location.root)? {
+            if !private::is_ours(base)? || !private::is_ours(&location.root)? {
                 break;
             }
-            directory::refuse_foreign_segments(&location.prefix)?;
-            if let Some(lock) = lock::lock_shared(&location.root)? {
-                return Ok(Self { membership: Arc::new(Membership { location, lock }) });
+            if let Some((lock, token)) = lock::lock_shared(&location.root)? {
+                return Ok(Self::of(location, token, lock));
             }
             lock::pause();
         }
@@ -102,7 +121,7 @@ impl Instance {
     /// # Errors
     /// The base folder cannot be read, or a dead instance cannot be locked or removed.
     pub fn clean_dead() -> Result<usize, InstanceError> {
-        Self::clean_dead_in(&directory::default_base()?)
+        base_folder::existing()?.iter().map(|base| Self::clean_dead_in(base)).sum()
     }
 
     /// As [`Self::clean_dead`], below the folder `base`.
@@ -113,11 +132,11 @@ impl Instance {
         let mut removed = 0;
         for name in directory::child_names(base)? {
             let Ok(location) = Location::new(base, &name) else { continue };
-            if !matches!(directory::is_ours(&location.root), Ok(true)) {
+            if !matches!(private::is_ours(&location.root), Ok(true)) {
                 continue;
             }
-            if let Some(_exclusive) = lock::lock_exclusive(&location.root)? {
-                location.remove()?;
+            if let Some(exclusive) = lock::lock_exclusive(&location.root)? {
+                location.remove(lock::token(&exclusive))?;
                 removed += 1;
             }
         }
@@ -129,13 +148,16 @@ impl Instance {
     /// # Errors
     /// The base folder is not private to this user.
     pub fn running() -> Result<Vec<String>, InstanceError> {
-        let base = directory::default_base()?;
-        let mut names = directory::child_names(&base)?;
-        names.retain(|name| {
-            Location::new(&base, name)
-                .is_ok_and(|location| matches!(lock::is_locked(&location.root), Ok(true)))
-        });
-        Ok(names)
+        let mut running = Vec::new();
+        for base in base_folder::existing()? {
+            let mut names = directory::child_names(&base)?;
+            names.retain(|name| {
+                Location::new(&base, name)
+                    .is_ok_and(|location| matches!(lock::is_locked(&location.root), Ok(true)))
+            });
+            running.extend(names);
+        }
+        Ok(running)
     }
 
     /// The instance's name.
@@ -150,34 +172,45 @@ impl Instance {
 
     /// The beginning of the name of every shared-memory segment of this instance.
     pub fn segment_prefix(&self) -> &str {
-        &self.membership.location.prefix
+        &self.membership.prefix
+    }
+
+    /// Opens the regular file `name` in the root for reading and writing; creates it with mode 0600
+    /// if it does not exist.
+    ///
+    /// # Errors
+    /// It is a link, a pipe, a device or a file of another user, or the file system fails.
+    pub fn open_file(&self, name: &str) -> Result<File, InstanceError> {
+        let path = self.root().join(name);
+        let missing = || io_error(&path, std::io::ErrorKind::NotFound.into());
+        private::open_file(&path, true)?.ok_or_else(missing)
     }
 
     /// Checks that shared memory has space for one more process of this instance.
     pub(crate) fn check_capacity(&self) -> Result<(), InstanceError> {
         capacity::check(self.root())?;
-        capacity::check(Path::new(directory::SHARED_MEMORY))
+        capacity::check(Path::new(SHARED_MEMORY))
     }
 
     /// Allocates the memory of all segments of this instance, so that no later access of a page
-    /// fails, and closes them to other users. Call it after opening ports.
+    /// fails. Call it after opening ports.
     ///
     /// # Errors
     /// Shared memory is full.
     pub fn reserve_segments(&self) -> Result<(), InstanceError> {
         directory::segments(self.segment_prefix())?
             .iter()
-            .try_for_each(|segment| capacity::reserve(&segment.path()))
+            .try_for_each(|segment| capacity::reserve(segment))
     }
 
     /// iceoryx2's configuration for this instance. No configuration file is read.
     pub(crate) fn config(&self) -> Result<Config, InstanceError> {
-        let location = &self.membership.location;
-        let unusable = || InstanceError::Path { path: location.root.clone() };
-        let root = location.root.to_str().ok_or_else(unusable)?;
+        let unusable = || InstanceError::Path { path: self.root().to_owned() };
+        let root = self.root().to_str().ok_or_else(unusable)?;
         let mut config = Config::default();
         config.global.set_root_path(&IoxPath::new(root.as_bytes()).map_err(|_| unusable())?);
-        config.global.prefix = FileName::new(location.prefix.as_bytes()).map_err(|_| unusable())?;
+        config.global.prefix =
+            FileName::new(self.segment_prefix().as_bytes()).map_err(|_| unusable())?;
         Ok(config)
     }
 }
@@ -186,7 +219,7 @@ impl Drop for Membership {
     fn drop(&mut self) {
         if lock::upgrade(&self.lock) {
             // The next start removes files that a failure leaves here; it is not reported.
-            let _ = self.location.remove();
+            let _ = self.location.remove(Some(self.token));
         }
     }
 }

@@ -1,24 +1,18 @@
-//! Name, root folder and segment prefix of an instance.
+//! Name and root folder of an instance.
 
 use std::path::{Path, PathBuf};
 
-use crate::base::digest::Digest;
 use crate::instance::directory;
 use crate::instance::error::{BASE_PATH_LEN_MAX, InstanceError, NAME_LEN_MAX};
+use crate::instance::token::Token;
 
-/// Hexadecimal digits of the base folder's digest in a segment prefix.
-const TAG_LEN: usize = 12;
-
-/// Name, root folder and segment prefix of an instance.
+/// Name and root folder of an instance.
 #[derive(Debug, Clone)]
 pub(crate) struct Location {
     /// The instance's name.
     pub(crate) name: String,
     /// The root folder: `<base>/<name>`.
     pub(crate) root: PathBuf,
-    /// The beginning of every segment's name. It names the base folder too, because segments of
-    /// all base folders lie in `/dev/shm`.
-    pub(crate) prefix: String,
 }
 
 impl Location {
@@ -27,21 +21,29 @@ impl Location {
         if !is_name(name) {
             return Err(InstanceError::Name { name: name.to_owned() });
         }
-        let path =
-            base.to_str().filter(|path| base.is_absolute() && path.len() <= BASE_PATH_LEN_MAX);
-        let path = path.ok_or_else(|| InstanceError::Path { path: base.to_owned() })?;
-        let tag = Digest::of(&[path.as_bytes()]).to_string();
-        Ok(Self {
-            name: name.to_owned(),
-            root: base.join(name),
-            prefix: format!("surefoot-{}-{name}.", &tag[..TAG_LEN]),
-        })
+        let is_usable =
+            base.is_absolute() && base.to_str().is_some_and(|path| path.len() <= BASE_PATH_LEN_MAX);
+        if !is_usable {
+            return Err(InstanceError::Path { path: base.to_owned() });
+        }
+        Ok(Self { name: name.to_owned(), root: base.join(name) })
     }
 
-    /// Removes the root folder and the segments. The caller holds the lock exclusively.
-    pub(crate) fn remove(&self) -> Result<(), InstanceError> {
-        directory::remove_segments(&self.prefix)?;
+    /// The beginning of the name of every segment of the instance that has this token.
+    pub(crate) fn prefix(&self, token: Token) -> String {
+        format!("surefoot-{token}-{}.", self.name)
+    }
+
+    /// Removes the segments of the instance that had this token, and the root folder. The caller
+    /// holds the lock exclusively.
+    pub(crate) fn remove(&self, token: Option<Token>) -> Result<(), InstanceError> {
+        self.remove_segments(token)?;
         directory::remove_root(&self.root)
+    }
+
+    /// Removes the segments of the instance that had this token.
+    pub(crate) fn remove_segments(&self, token: Option<Token>) -> Result<(), InstanceError> {
+        token.map_or(Ok(()), |token| directory::remove_segments(&self.prefix(token)))
     }
 }
 

@@ -4,13 +4,13 @@
 //! The kernel releases the lock of a killed process. So its holder knows that no running process
 //! makes one of these, and removes the unfinished ones first.
 
-use std::fs::{File, OpenOptions, TryLockError};
-use std::os::unix::fs::OpenOptionsExt;
+use std::fs::{File, TryLockError};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::instance::error::{InstanceError, io_error};
+use crate::instance::instance::Instance;
 use crate::instance::tuning::{
     MAKING_PAUSE, MAKING_WAIT_MAX, UNFINISHED_AGE_MIN, UNFINISHED_POLL_INTERVAL,
 };
@@ -35,19 +35,9 @@ pub struct Making<'a> {
 }
 
 impl MakingLock {
-    /// Opens the lock file in `root`; creates it if it does not exist.
-    pub(crate) fn open(root: &Path) -> Result<Self, InstanceError> {
-        let path = root.join(MAKING_FILE);
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .mode(0o600)
-            .custom_flags(libc::O_NOFOLLOW)
-            .open(&path)
-            .map_err(|error| io_error(&path, error))?;
-        Ok(Self { file, guards: Mutex::new(0) })
+    /// Opens the lock file of an instance; creates it if it does not exist.
+    pub(crate) fn open(instance: &Instance) -> Result<Self, InstanceError> {
+        Ok(Self { file: instance.open_file(MAKING_FILE)?, guards: Mutex::new(0) })
     }
 
     /// Acquires the lock within [`MAKING_WAIT_MAX`], and removes unfinished segments with this
@@ -140,14 +130,16 @@ mod tests {
 
     #[test]
     fn one_process_holds_the_lock_at_a_time() {
-        let root = tempfile::tempdir_in("/dev/shm").unwrap();
-        let [one, other] = [0; 2].map(|_| MakingLock::open(root.path()).unwrap());
-        let first = one.acquire(root.path(), "sf-no-segment.").unwrap();
-        let second = one.acquire(root.path(), "sf-no-segment.").unwrap();
-        assert!(other.try_acquire(root.path(), "sf-no-segment.").unwrap().is_none());
+        let base = tempfile::tempdir_in("/dev/shm").unwrap();
+        let instance = Instance::create_in(&base.path().join("base"), "making").unwrap();
+        let (root, prefix) = (instance.root(), instance.segment_prefix());
+        let [one, other] = [0; 2].map(|_| MakingLock::open(&instance).unwrap());
+        let first = one.acquire(root, prefix).unwrap();
+        let second = one.acquire(root, prefix).unwrap();
+        assert!(other.try_acquire(root, prefix).unwrap().is_none());
         drop(first);
-        assert!(other.try_acquire(root.path(), "sf-no-segment.").unwrap().is_none());
+        assert!(other.try_acquire(root, prefix).unwrap().is_none());
         drop(second);
-        assert!(other.try_acquire(root.path(), "sf-no-segment.").unwrap().is_some());
+        assert!(other.try_acquire(root, prefix).unwrap().is_some());
     }
 }

@@ -1,6 +1,7 @@
 //! The shared memory of one planner, one controller and their clients: the private folder, its
 //! locks, iceoryx2's services, wake pipes, requests and observers.
 
+pub(crate) mod base_folder;
 pub(crate) mod capacity;
 pub(crate) mod directory;
 pub mod error;
@@ -9,13 +10,17 @@ pub mod loan_pool;
 pub(crate) mod location;
 pub(crate) mod lock;
 pub(crate) mod making;
+pub(crate) mod management_segment;
 pub mod observer;
 pub mod participant;
+pub(crate) mod private;
 pub mod requests;
+pub mod role_lock;
 pub mod sender;
 pub mod services;
 #[cfg(test)]
 mod tests;
+pub(crate) mod token;
 pub mod tuning;
 pub(crate) mod unfinished;
 pub(crate) mod unfinished_watch;

@@ -7,7 +7,10 @@ use iceoryx2::prelude::{LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
 use crate::instance::making::{Making, MakingLock};
-use crate::instance::services::{LATEST, LOSSLESS, RECENT, RequestServices, Service, open_service};
+use crate::instance::management_segment;
+use crate::instance::services::{
+    FROM_CLIENTS, LATEST, LOSSLESS, RECENT, RequestServices, Service, TO_CLIENTS, open_service,
+};
 use crate::instance::unfinished_watch::UnfinishedWatch;
 use crate::instance::wake_pipe::WakePipe;
 use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, SimulationState};
@@ -52,8 +55,9 @@ impl Participant {
         instance.check_capacity()?;
         let config = instance.config()?;
         let watch = UnfinishedWatch::start(instance)?;
-        let making = MakingLock::open(instance.root())?;
+        let making = MakingLock::open(instance)?;
         let guard = making.acquire(instance.root(), instance.segment_prefix())?;
+        management_segment::ensure(instance.segment_prefix())?;
         let node = NodeBuilder::new()
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
@@ -87,6 +91,14 @@ impl Participant {
         Ok(self.making.acquire(self.instance.root(), self.instance.segment_prefix())?)
     }
 
+    /// As [`Self::making`], but `None` if another process holds the lock.
+    ///
+    /// # Errors
+    /// The file system fails.
+    pub fn try_making(&self) -> Result<Option<Making<'_>>, ChannelError> {
+        Ok(self.making.try_acquire(self.instance.root(), self.instance.segment_prefix())?)
+    }
+
     /// Frees the resources of dead processes. Does nothing while another process opens the
     /// instance, or on an error, which shows at the next opening.
     pub fn clean_up_dead(&self) {
@@ -112,8 +124,9 @@ impl Participant {
     /// A service has another message layout, or the transport fails.
     pub fn open_request_services(&self) -> Result<RequestServices, ChannelError> {
         let requests =
-            open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &LOSSLESS)?;
-        let status = open_service(&self.node, &self.instance, "status", PlanStatus::HASH, &LATEST)?;
+            open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &FROM_CLIENTS)?;
+        let status =
+            open_service(&self.node, &self.instance, "status", PlanStatus::HASH, &TO_CLIENTS)?;
         Ok(RequestServices { requests, status })
     }
 }

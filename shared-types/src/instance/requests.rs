@@ -3,8 +3,8 @@
 //! A client repeats its request until the server's status names it; the server takes each request
 //! once. Damaged and malformed requests are ignored.
 
-use iceoryx2::port::publisher::Publisher;
-use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
 
 use crate::instance::error::ChannelError;
@@ -133,11 +133,15 @@ impl RequestClient {
             .publisher_builder()
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create();
-        let requests = requests
-            .map_err(|error| ChannelError::transport("creating the request publisher", error))?;
+        let requests = requests.map_err(|error| match error {
+            PublisherCreateError::ExceedsMaxSupportedPublishers => ChannelError::TooManyClients,
+            error => ChannelError::transport("creating the request publisher", error),
+        })?;
         let status = services.status.subscriber_builder().create();
-        let status = status
-            .map_err(|error| ChannelError::transport("creating the status subscriber", error))?;
+        let status = status.map_err(|error| match error {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => ChannelError::TooManyClients,
+            error => ChannelError::transport("creating the status subscriber", error),
+        })?;
         participant.instance.reserve_segments()?;
         drop(making);
         Ok(Self { requests, status, services, participant, id, number: 0 })
@@ -198,7 +202,7 @@ mod tests {
 
     use super::*;
     use crate::instance::instance::Instance;
-    use crate::message::RequestState;
+    use crate::message::{RequestRecord, RequestState};
 
     #[test]
     fn each_request_is_served_once_and_a_malformed_one_never() {
@@ -219,17 +223,14 @@ mod tests {
             .collect();
         assert_eq!(numbers, [1, 2]);
         assert_eq!(client.status().unwrap(), None);
-        let status = PlanStatus {
-            client: 9,
-            number: 2,
-            state: RequestState::Cancelled as u32,
-            ..PlanStatus::zeroed()
-        };
+        let state = RequestState::Cancelled as u32;
+        let current = RequestRecord { client: 9, number: 2, state, ..RequestRecord::zeroed() };
+        let status = PlanStatus { current, ..PlanStatus::zeroed() };
         server.publish(&status).unwrap();
         server.publish(&status).unwrap();
         let received = client.status().unwrap().unwrap();
         assert_eq!(
-            (received.session, received.client, received.number, received.count),
+            (received.session, received.current.client, received.current.number, received.count),
             (7, 9, 2, 2)
         );
     }

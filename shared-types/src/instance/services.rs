@@ -15,8 +15,8 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
 use crate::instance::tuning::{
-    BORROWED_MAX, NODES_MAX, OPEN_ATTEMPTS_MAX, OPEN_PAUSE, READERS_MAX, STATE_BUFFER,
-    WINDOW_CHUNKS, WRITERS_MAX,
+    BORROWED_MAX, CLIENTS_AT_ONCE_MAX, NODES_MAX, OPEN_ATTEMPTS_MAX, OPEN_PAUSE, READERS_MAX,
+    STATE_BUFFER, WINDOW_CHUNKS, WRITERS_MAX,
 };
 use crate::message::{Layout, PlanRequest, PlanStatus};
 
@@ -36,11 +36,18 @@ pub struct RequestServices {
 }
 
 /// No message is overwritten: a message that does not fit a subscriber's buffer is not delivered.
-pub(crate) const LOSSLESS: Qos = Qos { overflow: false, buffer: WINDOW_CHUNKS, history: 0 };
+pub(crate) const LOSSLESS: Qos = Qos { overflow: false, buffer: WINDOW_CHUNKS, ..DEFAULT };
 /// The newest message replaces the one before. A late subscriber receives it.
-pub(crate) const LATEST: Qos = Qos { overflow: true, buffer: 1, history: 1 };
+pub(crate) const LATEST: Qos = Qos { overflow: true, buffer: 1, history: 1, ..DEFAULT };
 /// The newest messages replace the oldest. A late subscriber receives the last one.
-pub(crate) const RECENT: Qos = Qos { overflow: true, buffer: STATE_BUFFER, history: 1 };
+pub(crate) const RECENT: Qos = Qos { overflow: true, buffer: STATE_BUFFER, history: 1, ..DEFAULT };
+/// As [`LOSSLESS`], from many clients.
+pub(crate) const FROM_CLIENTS: Qos = Qos { writers: CLIENTS_AT_ONCE_MAX, ..LOSSLESS };
+/// As [`LATEST`], to many clients.
+pub(crate) const TO_CLIENTS: Qos = Qos { readers: CLIENTS_AT_ONCE_MAX, ..LATEST };
+/// The ports of most services.
+const DEFAULT: Qos =
+    Qos { overflow: false, buffer: 1, history: 0, readers: READERS_MAX, writers: WRITERS_MAX };
 
 /// Quality of service.
 pub(crate) struct Qos {
@@ -50,6 +57,10 @@ pub(crate) struct Qos {
     buffer: usize,
     /// Messages that a late subscriber receives.
     history: usize,
+    /// Most subscribers.
+    readers: usize,
+    /// Most publishers.
+    writers: usize,
 }
 
 /// Opens the service `role` of an instance; creates it if it does not exist.
@@ -76,8 +87,8 @@ pub(crate) fn open_service<M: Layout>(
             .subscriber_max_buffer_size(qos.buffer)
             .history_size(qos.history)
             .subscriber_max_borrowed_samples(BORROWED_MAX)
-            .max_subscribers(READERS_MAX)
-            .max_publishers(WRITERS_MAX)
+            .max_subscribers(qos.readers)
+            .max_publishers(qos.writers)
             .max_nodes(NODES_MAX)
             .open_or_create_with_attributes(&attributes);
         match opened {
@@ -86,6 +97,11 @@ pub(crate) fn open_service<M: Layout>(
                 OpenError::IncompatibleAttributes | OpenError::IncompatibleTypes,
             )) => {
                 return Err(ChannelError::Layout { service: name });
+            }
+            Err(OpenOrCreateError::PublishSubscribeOpenError(
+                OpenError::ExceedsMaxNumberOfNodes,
+            )) if attempts == OPEN_ATTEMPTS_MAX => {
+                return Err(ChannelError::TooManyClients);
             }
             Err(error) if attempts == OPEN_ATTEMPTS_MAX => {
                 return Err(ChannelError::transport(&action, error));

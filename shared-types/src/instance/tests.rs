@@ -7,7 +7,8 @@ use std::path::Path;
 use crate::instance::error::{BASE_PATH_LEN_MAX, ChannelError, InstanceError, NAME_LEN_MAX};
 use crate::instance::instance::Instance;
 use crate::instance::participant::Participant;
-use crate::instance::{directory, lock};
+use crate::instance::token::Token;
+use crate::instance::{lock, private};
 
 fn base() -> tempfile::TempDir {
     tempfile::Builder::new()
@@ -119,17 +120,51 @@ fn a_lock_that_is_a_link_is_refused() {
 }
 
 #[test]
+fn a_pipe_a_socket_or_a_device_in_a_files_place_is_refused_at_once() {
+    let base = base();
+    let instance = Instance::create_in(base.path(), "a").unwrap();
+    let pipe = instance.root().join("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    let _socket = std::os::unix::net::UnixListener::bind(instance.root().join("socket")).unwrap();
+    symlink("/dev/zero", instance.root().join("device")).unwrap();
+    for name in ["pipe", "socket"] {
+        let error = instance.open_file(name).unwrap_err();
+        assert!(matches!(error, InstanceError::NotPrivate { .. }), "{name}: {error}");
+    }
+    assert!(matches!(instance.open_file("device"), Err(InstanceError::Io { .. })));
+    let dead = base.path().join("b");
+    private::ensure_folder(&dead).unwrap();
+    fs::rename(pipe, dead.join("lock")).unwrap();
+    assert!(matches!(Instance::create_in(base.path(), "b"), Err(InstanceError::NotPrivate { .. })));
+    assert!(matches!(Instance::attach_in(base.path(), "b"), Err(InstanceError::NotPrivate { .. })));
+}
+
+#[test]
+fn every_instance_has_its_own_prefix() {
+    let base = base();
+    let first = Instance::create_in(base.path(), "a").unwrap();
+    let attached = Instance::attach_in(base.path(), "a").unwrap();
+    assert_eq!(first.segment_prefix(), attached.segment_prefix());
+    let before = first.segment_prefix().to_owned();
+    drop((first, attached));
+    assert_ne!(Instance::create_in(base.path(), "a").unwrap().segment_prefix(), before);
+}
+
+#[test]
 fn files_of_a_crash_are_removed() {
     let base = base();
     let running = Instance::create_in(base.path(), "running").unwrap();
     let dead = Instance::create_in(base.path(), "dead").unwrap();
     let (root, segment) =
         (dead.root().to_owned(), format!("/dev/shm/{}data", dead.segment_prefix()));
+    let lock_file = fs::read(root.join("lock")).unwrap();
     drop(dead);
     for path in [root.clone(), root.join("nodes")] {
         fs::create_dir(&path).unwrap();
         fs::set_permissions(&path, fs::Permissions::from_mode(0o700)).unwrap();
     }
+    fs::write(root.join("lock"), lock_file).unwrap();
     fs::write(&segment, "left").unwrap();
     assert_eq!(Instance::clean_dead_in(base.path()).unwrap(), 1);
     assert!(!root.exists() && !Path::new(&segment).exists() && running.root().exists());
@@ -242,22 +277,23 @@ fn the_removal_of_one_instance_does_not_affect_another() {
 fn no_process_enters_an_instance_that_is_not_ready() {
     let base = base();
     let root = base.path().join("a");
-    directory::ensure_private(&root).unwrap();
+    private::ensure_folder(&root).unwrap();
     assert!(lock::lock_exclusive(&root).unwrap().is_some());
     let over = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {
             for _ in 0..20_000 {
-                for mark in [lock::mark_ready, lock::mark_unready] {
-                    if let Some(file) = lock::lock_exclusive(&root).unwrap() {
-                        mark(&file, &root).unwrap();
-                    }
+                if let Some(file) = lock::lock_exclusive(&root).unwrap() {
+                    lock::mark_ready(&file, &root, Token::random()).unwrap();
+                }
+                if let Some(file) = lock::lock_exclusive(&root).unwrap() {
+                    lock::mark_unready(&file, &root).unwrap();
                 }
             }
             over.store(true, std::sync::atomic::Ordering::Relaxed);
         });
         while !over.load(std::sync::atomic::Ordering::Relaxed) {
-            if let Some(file) = lock::lock_shared(&root).unwrap() {
+            if let Some((file, _)) = lock::lock_shared(&root).unwrap() {
                 assert_ne!(file.metadata().unwrap().len(), 0, "entered before it was ready");
             }
         }

@@ -14,7 +14,9 @@ pub const BORROWED_MAX: usize = 2;
 /// Most publishers of a service: one alive, and dead ones that are not cleaned yet.
 pub(crate) const WRITERS_MAX: usize = 8;
 /// Most processes in a service, dead ones included.
-pub(crate) const NODES_MAX: usize = 32;
+pub(crate) const NODES_MAX: usize = 64;
+/// Most clients of a planner that serves, at a time, dead ones that are not cleaned yet included.
+pub(crate) const CLIENTS_AT_ONCE_MAX: usize = 32;
 
 // Pools of messages in shared memory.
 
@@ -47,6 +49,13 @@ pub const PEER_POLLING_TIME: Duration = Duration::from_micros(250);
 
 // Opening instances and services.
 
+/// Attempts to create a base folder with a random name.
+pub(crate) const BASE_ATTEMPTS_MAX: usize = 20;
+/// Attempts to lock the folder that holds it, and the pause between them: half a second in all.
+pub(crate) const BASE_LOCK_ATTEMPTS_MAX: usize = 100;
+/// See [`BASE_LOCK_ATTEMPTS_MAX`].
+pub(crate) const BASE_LOCK_PAUSE: Duration = Duration::from_millis(5);
+
 /// Attempts to lock an instance that another process creates or removes.
 pub(crate) const LOCK_ATTEMPTS_MAX: usize = 20;
 /// Time between two of these attempts.
@@ -75,6 +84,10 @@ pub(crate) const WATCH_STACK_BYTES: usize = 128 << 10;
 
 // Requests.
 
+/// Attempts to take a role whose last process is being reaped.
+pub(crate) const ROLE_ATTEMPTS_MAX: usize = 40;
+/// Time between two of these attempts.
+pub(crate) const ROLE_PAUSE: Duration = Duration::from_millis(5);
 /// Clients whose last request number is remembered, so that a repeated request is recognized.
 pub(crate) const CLIENTS_MAX: usize = 64;
 /// Stale sender ids that are remembered.

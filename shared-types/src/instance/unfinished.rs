@@ -11,6 +11,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::ptr::NonNull;
 
+use crate::instance::private::effective_uid;
 use crate::instance::tuning::UNFINISHED_MAX;
 
 /// Inode numbers of unfinished segments.
@@ -85,6 +86,7 @@ fn for_each_unfinished(prefix: &str, mut found: impl FnMut(&Folder, &CStr, u64))
             continue;
         }
         if let Some(stat) = folder.stat(name)
+            && stat.st_uid == effective_uid()
             && is_unfinished(stat.st_size.unsigned_abs(), stat.st_mode)
         {
             found(&folder, name, stat.st_ino);
@@ -148,7 +150,7 @@ mod tests {
     use std::os::unix::fs::PermissionsExt;
 
     use super::*;
-    use crate::instance::directory::SHARED_MEMORY;
+    use crate::instance::error::SHARED_MEMORY;
 
     fn segment(name: &str, bytes: &[u8], mode: u32) -> std::path::PathBuf {
         let path = Path::new(SHARED_MEMORY).join(name);

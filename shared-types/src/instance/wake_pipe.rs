@@ -82,6 +82,9 @@ fn make_pipe(path: &Path) -> io::Result<()> {
     let path = CString::new(path.as_os_str().as_bytes())?;
     // SAFETY: the path outlives the call.
     if unsafe { libc::mkfifo(path.as_ptr(), 0o600) } == 0 {
+        // The process's umask may have removed rights of its own user.
+        // SAFETY: as above.
+        unsafe { libc::chmod(path.as_ptr(), 0o600) };
         return Ok(());
     }
     match io::Error::last_os_error() {

@@ -94,6 +94,7 @@ mod tests {
     use crate::message::feedback::{Feedback, Margins};
     use crate::message::journal_record::JournalRecord;
     use crate::message::request::{PlanRequest, PlanStatus, StancePoseData};
+    use crate::message::request_record::RequestRecord;
     use crate::message::rest_state::RestState;
 
     fn assert_no_gaps<M: Layout>() {
@@ -117,6 +118,7 @@ mod tests {
         assert_no_gaps::<WorldCorrection>();
         assert_no_gaps::<StancePoseData>();
         assert_no_gaps::<PlanRequest>();
+        assert_no_gaps::<RequestRecord>();
         assert_no_gaps::<PlanStatus>();
         assert_no_gaps::<JournalRecord>();
     }

@@ -1,17 +1,18 @@
-//! Requests to a serving planner, and their status.
+//! Requests to a serving planner, and the planner's status.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::base::digest::Digest;
+use crate::base::limits::REQUEST_ENDS_MAX;
 use crate::config::scenario::StancePose;
 use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
+use crate::message::request_record::{RequestRecord, RequestState};
 
 /// The layout version in [`PlanRequest::schema`].
 pub const REQUEST_SCHEMA: u64 = 1;
 /// The layout version in [`PlanStatus::schema`].
-pub const STATUS_SCHEMA: u64 = 1;
+pub const STATUS_SCHEMA: u64 = 2;
 /// Largest coordinate of a stance, m; also its largest heading, rad.
 const COORDINATE_MAX: f64 = 1e4;
 /// Largest lateral distance between the soles of a stance, m.
@@ -71,70 +72,31 @@ pub struct PlanRequest {
     pub goal: StancePoseData,
 }
 
-/// The state of a request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u32)]
-pub enum RequestState {
-    /// No request has arrived.
-    Idle = 0,
-    /// The search runs.
-    Planning = 1,
-    /// The plan is being delivered.
-    Delivering = 2,
-    /// The controller accepted and executed the whole plan.
-    Accepted = 3,
-    /// The search found no plan within its work limit.
-    NoPlan = 4,
-    /// The controller refused a chunk, and planning again found no accepted plan.
-    Refused = 5,
-    /// A client cancelled it.
-    Cancelled = 6,
-    /// The request is malformed, or the robot's rest state is unknown.
-    Invalid = 7,
-    /// The controller sends no feedback.
-    ControllerLost = 8,
-    /// The robot cannot stand at the start; the planner reports the reason.
-    StartInvalid = 9,
-    /// The robot cannot stand at the goal; the planner reports the reason.
-    GoalInvalid = 10,
-}
-
-/// The planner's status of its current request.
+/// The status of a planner that serves: its current request, and how the last ones ended.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.PlanStatus.v1")]
+#[type_name("surefoot.PlanStatus.v2")]
 pub struct PlanStatus {
     /// [`STATUS_SCHEMA`].
     pub schema: u64,
     /// The planner's session.
     pub session: u64,
-    /// The client of the current request; 0 before the first request.
-    pub client: u64,
-    /// The number of the current request.
-    pub number: u64,
     /// Number of this status message in the session.
     pub count: u64,
-    /// Number of the plan in the session.
-    pub plan_id: u64,
-    /// Number of the replan within the plan.
-    pub epoch: u64,
-    /// Work units of the search so far.
-    pub work: u64,
-    /// Chunks of the plan; 0 before it is found.
-    pub chunks: u64,
-    /// Chunks that the controller has accepted.
-    pub accepted: u64,
-    /// Digest of the plan's stream; zero before it is found.
-    pub digest: Digest,
-    /// A [`RequestState`] as its wire value.
-    pub state: u32,
+    /// The current request, or the last one.
+    pub current: RequestRecord,
+    /// Number of used entries of `ends`.
+    pub ends_len: u32,
     /// CRC-32 (IEEE) of all bytes of the message with this field zero.
     pub crc: u32,
+    /// The requests that ended last, oldest first.
+    pub ends: [RequestRecord; REQUEST_ENDS_MAX],
 }
 
 const _: () = assert!(size_of::<StancePoseData>() == 40);
 const _: () = assert!(size_of::<PlanRequest>() == 48 + 2 * size_of::<StancePoseData>());
-const _: () = assert!(size_of::<PlanStatus>() == 120);
+const _: () =
+    assert!(size_of::<PlanStatus>() == 32 + (REQUEST_ENDS_MAX + 1) * size_of::<RequestRecord>());
 
 layout!(StancePoseData { position: [f64; 3], yaw: f64, stance_width: f64 } with []);
 layout!(PlanRequest {
@@ -151,18 +113,12 @@ layout!(PlanRequest {
 layout!(PlanStatus {
     schema: u64,
     session: u64,
-    client: u64,
-    number: u64,
     count: u64,
-    plan_id: u64,
-    epoch: u64,
-    work: u64,
-    chunks: u64,
-    accepted: u64,
-    digest: Digest,
-    state: u32,
+    current: RequestRecord,
+    ends_len: u32,
     crc: u32,
-} with []);
+    ends: [RequestRecord; REQUEST_ENDS_MAX],
+} with [RequestRecord]);
 
 impl RequestKind {
     /// The kind with this wire value, if the value is valid.
@@ -170,52 +126,6 @@ impl RequestKind {
         [Self::Goal, Self::StartAndGoal, Self::Cancel, Self::Replan]
             .into_iter()
             .find(|kind| *kind as u32 == value)
-    }
-}
-
-impl RequestState {
-    /// All states, in wire order.
-    pub const ALL: [Self; 11] = [
-        Self::Idle,
-        Self::Planning,
-        Self::Delivering,
-        Self::Accepted,
-        Self::NoPlan,
-        Self::Refused,
-        Self::Cancelled,
-        Self::Invalid,
-        Self::ControllerLost,
-        Self::StartInvalid,
-        Self::GoalInvalid,
-    ];
-    /// Their names in reports, in wire order.
-    const NAMES: [&'static str; 11] = [
-        "idle",
-        "planning",
-        "delivering",
-        "accepted",
-        "no_plan",
-        "refused",
-        "cancelled",
-        "invalid",
-        "controller_lost",
-        "start_invalid",
-        "goal_invalid",
-    ];
-
-    /// The state with this wire value, if the value is valid.
-    pub fn from_wire(value: u32) -> Option<Self> {
-        Self::ALL.get(value as usize).copied()
-    }
-
-    /// Its name in reports.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
-    /// Whether the request is finished.
-    pub fn is_final(self) -> bool {
-        !matches!(self, Self::Idle | Self::Planning | Self::Delivering)
     }
 }
 
@@ -272,10 +182,36 @@ impl PlanRequest {
 }
 
 impl PlanStatus {
-    /// The status's state, if the status is undamaged and well-formed.
+    /// The current request's state, if the status is undamaged and well-formed.
     pub fn known_state(&self) -> Option<RequestState> {
-        let well_formed = self.schema == STATUS_SCHEMA && self.session != 0 && self.crc_matches();
-        RequestState::from_wire(self.state).filter(|_| well_formed)
+        let well_formed = self.schema == STATUS_SCHEMA
+            && self.session != 0
+            && self.ends_len as usize <= REQUEST_ENDS_MAX
+            && self.crc_matches()
+            && self.ends().iter().all(|end| end.known_state().is_some());
+        self.current.known_state().filter(|_| well_formed)
+    }
+
+    /// The used entries of `ends`.
+    pub fn ends(&self) -> &[RequestRecord] {
+        &self.ends[..(self.ends_len as usize).min(REQUEST_ENDS_MAX)]
+    }
+
+    /// The record of a client's request, if it is the current one or one that ended last.
+    pub fn record_of(&self, client: u64, number: u64) -> Option<&RequestRecord> {
+        let is_asked = |record: &&RequestRecord| (record.client, record.number) == (client, number);
+        Some(&self.current).filter(is_asked).or_else(|| self.ends().iter().rev().find(is_asked))
+    }
+
+    /// Adds the current request to those that ended; the oldest one is dropped where they are full.
+    pub fn record_end(&mut self) {
+        let mut len = self.ends().len();
+        if len == REQUEST_ENDS_MAX {
+            self.ends.rotate_left(1);
+            len -= 1;
+        }
+        self.ends[len] = self.current;
+        self.ends_len = len as u32 + 1;
     }
 }
 
@@ -323,19 +259,23 @@ mod tests {
     }
 
     #[test]
-    fn every_state_has_its_wire_value() {
-        for state in RequestState::ALL {
-            let status = PlanStatus {
-                schema: STATUS_SCHEMA,
-                session: 1,
-                state: state as u32,
-                ..PlanStatus::zeroed()
-            };
-            assert_eq!((status.known_state(), with_crc(status).known_state()), (None, Some(state)));
-            assert!(!state.name().is_empty());
+    fn a_status_names_the_current_request_and_the_last_ends() {
+        let mut status = PlanStatus { schema: STATUS_SCHEMA, session: 1, ..PlanStatus::zeroed() };
+        assert_eq!(status.known_state(), None, "without a CRC");
+        for number in 1..=20 {
+            status.current = RequestRecord { client: 7, number, ..RequestRecord::zeroed() };
+            status.current.state = RequestState::Accepted as u32;
+            status.record_end();
         }
-        let last = RequestState::ALL.iter().map(|state| *state as u32).max();
-        assert_eq!(last.and_then(|last| RequestState::from_wire(last + 1)), None);
-        assert!(RequestState::Accepted.is_final() && !RequestState::Delivering.is_final());
+        let number_of = |number| status.record_of(7, number).map(|record| record.number);
+        assert_eq!(status.ends().len(), REQUEST_ENDS_MAX);
+        assert_eq!((number_of(4), number_of(5), number_of(20)), (None, Some(5), Some(20)));
+        assert_eq!(status.record_of(8, 20), None);
+        assert_eq!(with_crc(status).known_state(), Some(RequestState::Accepted));
+        let too_many = PlanStatus { ends_len: REQUEST_ENDS_MAX as u32 + 1, ..status };
+        assert_eq!(with_crc(too_many).known_state(), None);
+        let mut odd_end = status;
+        odd_end.ends[3].state = 99;
+        assert_eq!(with_crc(odd_end).known_state(), None);
     }
 }

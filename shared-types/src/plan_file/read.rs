@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::text_file::TextFile;
 use crate::plan_file::check::check_plan;
@@ -18,9 +19,11 @@ const PLAN_BYTES_MAX: u64 = 1 << 30;
 /// length of a quaternion differs from 1 by more than 1e-4; the time of the waypoints does not
 /// increase; or the phases do not cover the waypoints in order.
 pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
-    let source = TextFile::read(path, PLAN_BYTES_MAX)?;
-    let plan: PlanFile = serde_json::from_str(&source.text)
-        .map_err(|error| InputError::file(path, error.to_string()).at_line(error.line()))?;
+    let source = TextFile::read(path, FileKind::Plan, PLAN_BYTES_MAX)?;
+    let plan: PlanFile = serde_json::from_str(&source.text).map_err(|error| {
+        let refused = InputError::file(path, error.to_string()).at_line(error.line());
+        FileKind::Plan.needed_instead(path, source.text.as_bytes(), refused)
+    })?;
     check_plan(&plan).map_err(|(element, message)| InputError::element(path, element, message))?;
     Ok(plan)
 }

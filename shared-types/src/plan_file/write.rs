@@ -1,8 +1,6 @@
 //! Writes plan files.
 
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
@@ -10,6 +8,7 @@ use glam::{DQuat, DVec3};
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::text_file::relative_to;
+use crate::base::whole_file;
 use crate::config::scenario::{Scenario, StancePose};
 use crate::geometry::shape::{MeshSource, Shape};
 use crate::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
@@ -23,6 +22,11 @@ use crate::world::world::{World, WorldShape};
 
 /// Largest distance of the first waypoint's soles from the start stance, m.
 const START_TOLERANCE: f64 = 2e-3;
+/// Tilt (sine) and difference in height (m) below which the ground of a sole counts as level.
+const LEVEL_TILT_MAX: f64 = 1e-9;
+const LEVEL_OFFSET_MAX: f64 = 1e-9;
+/// Largest difference in height (m) between a stance and its ground.
+const GROUND_OFFSET_MAX: f64 = 0.1;
 /// Largest distance of the first waypoint from the start configuration, m and rad.
 const CONFIGURATION_TOLERANCE: f64 = 1e-3;
 
@@ -55,48 +59,60 @@ pub fn plan_from_chunks(
         phases,
         chunks: chunk_blocks,
         start: start_block(robot, scenario, chunks),
-        goal: end_block(robot, &scenario.goal, scenario.goal_tolerance.position),
+        goal: goal_block(robot, scenario, chunks),
     }
 }
 
-/// Saves a plan file atomically: writes a temporary file beside it and renames that.
+/// Saves a plan file, completely or not at all.
 ///
 /// # Errors
 /// The plan violates a rule of the format, or the file cannot be written.
 pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
+    whole_file::write(path, &text_of(plan, path)?)
+        .map_err(|reason| InputError::file(path, format!("cannot be written: {reason}")))
+}
+
+/// The text of a plan file; `path` is where it is saved, for errors.
+///
+/// # Errors
+/// The plan violates a rule of the format.
+pub fn text_of(plan: &PlanFile, path: &Path) -> Result<Vec<u8>, InputError> {
     check_plan(plan).map_err(|(element, message)| InputError::element(path, element, message))?;
-    check_mesh_files(plan).map_err(|(name, message)| InputError::element(path, name, message))?;
-    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
-        return Err(InputError::file(path, "is not the name of a file"));
-    };
-    let part = folder.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let written = write_whole(plan, &part).and_then(|()| std::fs::rename(&part, path));
-    written.map_err(|error| {
-        let _ = std::fs::remove_file(&part);
-        InputError::file(path, format!("cannot be written: {error}"))
-    })
+    check_file_names(plan).map_err(|(name, message)| InputError::element(path, name, message))?;
+    let mut text =
+        serde_json::to_vec(plan).map_err(|error| InputError::file(path, error.to_string()))?;
+    text.push(b'\n');
+    Ok(text)
 }
 
-/// A plan file names the files of its meshes: a mesh in memory has none.
-fn check_mesh_files(plan: &PlanFile) -> Result<(), (String, String)> {
-    let has_no_file = |shape: &&SceneShapeBlock| match &shape.shape {
-        ShapeBlock::Mesh { path, .. } => path.is_empty(),
-        _ => false,
-    };
-    plan.scene.shapes.iter().find(has_no_file).map_or(Ok(()), |shape| {
-        let message =
-            "is a mesh in memory; save it as an STL or OBJ file and load the world from there";
-        Err((format!("shape '{}'", shape.name), message.to_owned()))
-    })
+/// Checks that a plan file can name the URDF and the files of the meshes: a mesh in memory has
+/// none, and a name that is no UTF-8 cannot be written.
+///
+/// # Errors
+/// The element, and why it cannot.
+pub fn check_file_names(plan: &PlanFile) -> Result<(), (String, String)> {
+    check_name(&plan.robot.urdf).map_err(|message| ("robot.urdf".to_owned(), message))?;
+    for shape in &plan.scene.shapes {
+        if let ShapeBlock::Mesh { path, .. } = &shape.shape {
+            let named = if path.is_empty() {
+                Err("is a mesh in memory; save it as an STL or OBJ file and load the world from \
+                     there"
+                    .to_owned())
+            } else {
+                check_name(path)
+            };
+            named.map_err(|message| (format!("shape '{}'", shape.name), message))?;
+        }
+    }
+    Ok(())
 }
 
-fn write_whole(plan: &PlanFile, path: &Path) -> std::io::Result<()> {
-    let mut writer =
-        BufWriter::new(OpenOptions::new().write(true).create(true).truncate(true).open(path)?);
-    serde_json::to_writer(&mut writer, plan)?;
-    writer.write_all(b"\n")?;
-    let file: File = writer.into_inner().map_err(|error| error.into_error())?;
-    file.sync_all()
+/// [`relative_to`] puts the replacement character where a name is no UTF-8.
+fn check_name(path: &str) -> Result<(), String> {
+    match path.contains(char::REPLACEMENT_CHARACTER) {
+        true => Err(format!("the path '{path}' is no UTF-8 text; rename the file or its folder")),
+        false => Ok(()),
+    }
 }
 
 /// The motion of a plan as it stands in the file.
@@ -296,6 +312,42 @@ fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) ->
         );
     }
     block
+}
+
+/// The goal that the scenario states, with the height and the tilt of the ground on which the last
+/// chunk's soles stand: a stance is level, a slope is not.
+fn goal_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
+    let mut block = end_block(robot, &scenario.goal, scenario.goal_tolerance.position);
+    let contacts = chunks.last().map_or(&[][..], PlanChunk::contacts);
+    if let EndBlock::Feet { soles, .. } = &mut block {
+        for contact in contacts {
+            let ContactBlock { foot, sole_pose } = contact_block(contact, robot);
+            if let Some(level) = soles.get_mut(&foot) {
+                *level = on_ground(level, &sole_pose);
+            }
+        }
+    }
+    block
+}
+
+/// A level sole pose moved vertically, and tilted, onto the plane of the sole of a contact. The
+/// same pose if that plane is level at its height, or more than 10 cm higher or lower.
+pub fn on_ground(level: &PoseBlock, contact: &PoseBlock) -> PoseBlock {
+    let rotation = |pose: &PoseBlock| DQuat::from_array(pose.quat_xyzw).normalize();
+    let normal = rotation(contact) * DVec3::Z;
+    let [position, on_plane] = [level.xyz, contact.xyz].map(DVec3::from);
+    let slope = -normal.truncate() / normal.z;
+    let height = on_plane.z + slope.dot((position - on_plane).truncate());
+    let is_level = normal.truncate().length() < LEVEL_TILT_MAX
+        && (height - position.z).abs() < LEVEL_OFFSET_MAX;
+    let is_other_ground = (height - position.z).abs() > GROUND_OFFSET_MAX;
+    if is_level || is_other_ground || normal.z <= 0.0 {
+        return *level;
+    }
+    pose_block(&Pose::from_parts(
+        position.truncate().extend(height),
+        DQuat::from_rotation_arc(DVec3::Z, normal) * rotation(level),
+    ))
 }
 
 fn end_block(robot: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {

@@ -7,6 +7,7 @@ use glam::DQuat;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::spatial::rotation_from_rpy;
@@ -51,8 +52,8 @@ struct RawFoot {
 
 /// Reads a robot file.
 pub(crate) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
-    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
-    let raw: RawRobot = source.parse_toml()?;
+    let source = TextFile::read(path, FileKind::Robot, TEXT_BYTES_MAX)?;
+    let raw: RawRobot = source.parse_toml(FileKind::Robot)?;
     let named = |name: Spanned<String>| {
         let location = source.location(name.span().start);
         (name.into_inner(), location)

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use roxmltree::{Document, Node};
 
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::text_file::{TEXT_BYTES_MAX, TextFile};
 use crate::base::xml::plain_xml;
@@ -38,13 +39,17 @@ pub(crate) struct Urdf {
 /// # Errors
 /// When it is no URDF.
 pub(crate) fn read_urdf(path: &Path, complaints: &mut Vec<InputError>) -> Result<Urdf, InputError> {
-    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
-    let plain = plain_xml(&source.text)
-        .map_err(|error| InputError::file(path, error.message).at_line(error.line))?;
+    let source = TextFile::read(path, FileKind::Urdf, TEXT_BYTES_MAX)?;
+    let plain = plain_xml(&source.text).map_err(|error| {
+        let refused = InputError::file(path, error.message).at_line(error.line);
+        FileKind::Urdf.needed_instead(path, source.text.as_bytes(), refused)
+    })?;
     let bytes = source.text.into_bytes();
     let source = TextFile { path: source.path, text: plain };
     let document = Document::parse(&source.text).map_err(|error| {
-        InputError::file(path, error.to_string()).at_line(error.pos().row as usize)
+        let refused = InputError::file(path, error.to_string());
+        let refused = refused.at_line(error.pos().row as usize);
+        FileKind::Urdf.needed_instead(path, &bytes, refused)
     })?;
     let root = document.root_element();
     check_root(&source, root)?;

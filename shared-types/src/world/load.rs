@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::base::digest::Digest;
+use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::text_file::{FileLocation, TEXT_BYTES_MAX, TextFile};
 use crate::geometry::shape::Shape;
@@ -33,8 +34,8 @@ const EXTENT_MAX: f64 = 200.0;
 /// When the file cannot be read or anything in it is out of order: the first such thing, with its
 /// line.
 pub fn load_world(path: &Path) -> Result<World, InputError> {
-    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
-    let raw: RawWorld = source.parse_toml()?;
+    let source = TextFile::read(path, FileKind::World, TEXT_BYTES_MAX)?;
+    let raw: RawWorld = source.parse_toml(FileKind::World)?;
     let mu_location = source.location(raw.mu.span().start);
     let mut builder = WorldBuilder::new(path.parent().unwrap_or(Path::new("")));
     for shape in raw.shapes {

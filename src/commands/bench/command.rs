@@ -3,12 +3,15 @@
 
 use crate::cli::bench_arguments::{BenchArguments, BenchCommand};
 use crate::commands::bench::footholds::footholds_bench;
+use crate::commands::bench::goals;
 use crate::commands::bench::ipc;
 use crate::commands::bench::lower_bound;
 use crate::commands::bench::replan::replan_bench;
 use crate::commands::bench::scale::scale_bench;
+use crate::commands::bench::soak::soak_bench;
 use crate::commands::bench::steps;
 use crate::commands::bench::thesis::thesis_bench;
+use crate::commands::bench::threads::threads_bench;
 use crate::report::command_error::{CommandError, CommandOutcome};
 
 /// Runs the command.
@@ -16,14 +19,17 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 /// # Errors
 /// When an input cannot be used, an output cannot be written, or a signal comes.
 pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
-    crate::system::signals::install();
+    let _deferral = crate::system::signals::defer();
     match &arguments.bench {
         BenchCommand::Thesis(arguments) => thesis_bench::run(arguments),
         BenchCommand::LowerBound(arguments) => lower_bound::run(arguments),
         BenchCommand::Replan(arguments) => replan_bench::run(arguments),
         BenchCommand::Steps(arguments) => steps::run(arguments),
         BenchCommand::Scale(arguments) => scale_bench::run(arguments),
+        BenchCommand::Threads(arguments) => threads_bench::run(arguments),
         BenchCommand::Ipc(arguments) => ipc::run(arguments),
+        BenchCommand::Soak(arguments) => soak_bench::run(arguments),
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
+        BenchCommand::Goals(arguments) => goals::run(arguments),
     }
 }

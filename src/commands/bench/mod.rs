@@ -2,6 +2,7 @@
 
 pub mod command;
 pub mod footholds;
+pub mod goals;
 pub mod ipc;
 pub mod journal;
 pub mod lower_bound;
@@ -11,9 +12,11 @@ pub mod replan;
 pub mod row;
 pub mod scale;
 pub mod scenarios;
+pub mod soak;
 pub mod statistics;
 pub mod steps;
 pub mod table;
 pub mod terrain;
 pub mod thesis;
+pub mod threads;
 pub mod trial;

@@ -5,12 +5,11 @@ use std::path::Path;
 
 use crate::commands::doctor::finding::Finding;
 use crate::system::cores;
+use crate::system::limits::{OPEN_FILES_MIN, soft_limit};
 
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Free shared memory that a walk needs, with room to spare, MiB.
 const FREE_MIB_MIN: u64 = 64;
-/// Open files that a walk needs, with room to spare.
-const OPEN_FILES_MIN: u64 = 256;
 /// Memory that may be locked where nothing can be paged out by surprise, KiB.
 const LOCKED_KIB_MIN: u64 = 65_536;
 
@@ -68,14 +67,6 @@ pub(crate) fn limits() -> Vec<Finding> {
 
 fn describe_limit(limit: Option<u64>, unit: &str) -> String {
     limit.map_or("unlimited".to_owned(), |limit| format!("{limit}{unit}"))
-}
-
-/// The soft limit; `None` if there is none.
-fn soft_limit(resource: libc::__rlimit_resource_t) -> Option<u64> {
-    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-    // SAFETY: `limit` outlives the call. It fails only for unknown resources.
-    unsafe { libc::getrlimit(resource, &mut limit) };
-    Some(limit.rlim_cur).filter(|limit| *limit != libc::RLIM_INFINITY)
 }
 
 /// Free and total size of the file system at `path`, MiB.

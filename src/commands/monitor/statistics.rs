@@ -154,13 +154,14 @@ impl MonitorStats {
         status: &PlanStatus,
         seconds: f64,
     ) -> Option<MonitorEvent> {
-        let state = RequestState::from_wire(status.state)?;
-        let request = (status.client, status.number, status.state);
-        let is_new = status.client != 0 && self.last.request.replace(request) != Some(request);
+        let record = &status.current;
+        let state = RequestState::from_wire(record.state)?;
+        let request = (record.client, record.number, record.state);
+        let is_new = record.client != 0 && self.last.request.replace(request) != Some(request);
         is_new.then(|| MonitorEvent::Request {
             seconds,
-            client: format!("{:016x}", status.client),
-            number: status.number,
+            client: format!("{:016x}", record.client),
+            number: record.number,
             state: state.name().into(),
         })
     }

@@ -2,7 +2,9 @@
 
 use bytemuck::Zeroable;
 use surefoot_shared_types::instance::requests::RequestServer;
-use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
+use surefoot_shared_types::message::{
+    PlanRequest, PlanStatus, RequestKind, RequestRecord, RequestState,
+};
 
 use crate::report::command_error::CommandError;
 use crate::system::clock::Stopwatch;
@@ -18,7 +20,7 @@ pub(crate) type IncomingRequest = (PlanRequest, RequestKind);
 pub(crate) struct RequestQueue {
     server: RequestServer,
     /// The status that is published.
-    pub(crate) status: PlanStatus,
+    status: PlanStatus,
     next: Option<IncomingRequest>,
     /// Time since the status was published.
     published: Stopwatch,
@@ -60,6 +62,32 @@ impl RequestQueue {
         self.is_interrupted()
     }
 
+    /// The record of the current request.
+    pub(crate) fn current(&mut self) -> &mut RequestRecord {
+        &mut self.status.current
+    }
+
+    /// Begins a request.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub(crate) fn begin(&mut self, request: &PlanRequest) -> Result<(), CommandError> {
+        let (client, number) = (request.client, request.number);
+        self.status.current = RequestRecord { client, number, ..RequestRecord::zeroed() };
+        self.set_state(RequestState::Planning)
+    }
+
+    /// Publishes how the current request ended.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub(crate) fn finish(&mut self, state: RequestState, reason: &str) -> Result<(), CommandError> {
+        self.status.current.state = state as u32;
+        self.status.current.set_reason(reason);
+        self.status.record_end();
+        self.publish()
+    }
+
     /// Publishes the status.
     ///
     /// # Errors
@@ -74,7 +102,7 @@ impl RequestQueue {
     /// # Errors
     /// The transport fails.
     pub(crate) fn set_state(&mut self, state: RequestState) -> Result<(), CommandError> {
-        self.status.state = state as u32;
+        self.status.current.state = state as u32;
         self.publish()
     }
 
@@ -83,8 +111,9 @@ impl RequestQueue {
     /// # Errors
     /// The transport fails.
     pub(crate) fn begin_plan(&mut self, plan_id: u64, epoch: u64) -> Result<(), CommandError> {
-        let status = &mut self.status;
-        (status.plan_id, status.epoch, status.accepted) = (plan_id, epoch, 0);
+        let RequestRecord { client, number, .. } = self.status.current;
+        self.status.current =
+            RequestRecord { client, number, plan_id, epoch, ..RequestRecord::zeroed() };
         self.set_state(RequestState::Planning)
     }
 }

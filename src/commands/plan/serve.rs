@@ -7,7 +7,6 @@ use std::cell::RefCell;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use bytemuck::Zeroable;
 use surefoot_planner::Planner;
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
@@ -15,7 +14,7 @@ use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::instance::requests::RequestServer;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{
-    Feedback, PlanRequest, PlanStatus, RequestKind, RequestState,
+    Feedback, PlanRequest, RequestKind, RequestRecord, RequestState,
 };
 
 use crate::cli::arguments::PlanArguments;
@@ -24,7 +23,7 @@ use crate::commands::plan::request_queue::RequestQueue;
 use crate::commands::search_loop;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::report::event::{PlanResult, Planned, RoleEvent};
+use crate::report::event::{Delivered, PlanResult, Planned, RoleEvent};
 use crate::report::reporter::Reporter;
 use crate::report::summary;
 use crate::system::clock::Stopwatch;
@@ -37,6 +36,9 @@ const POLL_INTERVAL: Duration = Duration::from_millis(5);
 const SILENCE_MAX: Duration = Duration::from_millis(300);
 /// Silence of a connected controller after which it counts as lost, s.
 const LOST_SECONDS: f64 = 30.0;
+/// Longest time until the robot rests at the end of the chunks on their way, s. These take some
+/// seconds each, at the slowest rate of simulation longer.
+const REST_SECONDS_MAX: f64 = 300.0;
 
 /// A stage of serving.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,7 +112,7 @@ pub(crate) fn run(
         task: PlanningTask::first(inputs),
         planner: None,
         replans: 0,
-        result: RequestState::Invalid,
+        end: RequestEnd { state: RequestState::Invalid, reason: String::new() },
         has_robot: false,
     };
     server.reporter.emit(&RoleEvent::PlannerServes)?;
@@ -133,14 +135,37 @@ struct Server<'a> {
     planner: Option<Planner>,
     /// Number of times that the request was planned again.
     replans: u32,
-    /// The final state of the request.
-    result: RequestState,
+    /// How the request ended.
+    end: RequestEnd,
     /// Whether a controller has reported a rest state.
     has_robot: bool,
 }
 
-/// The task of a request, or the request's final state.
-type Task = Result<PlanningTask, RequestState>;
+/// How a request ended.
+#[derive(Debug, Clone)]
+struct RequestEnd {
+    state: RequestState,
+    /// The reason, for the client.
+    reason: String,
+}
+
+impl RequestEnd {
+    fn new(state: RequestState, reason: impl Into<String>) -> Self {
+        Self { state, reason: reason.into() }
+    }
+
+    /// The end of a request that a newer one or a signal interrupts.
+    fn interrupted() -> Self {
+        let reason = match signals::raised() {
+            Some(signal) => format!("the planner was ended by signal {signal}"),
+            None => "a newer request took its place".into(),
+        };
+        Self::new(RequestState::Cancelled, reason)
+    }
+}
+
+/// The task of a request, or how the request ended.
+type Task = Result<PlanningTask, RequestEnd>;
 
 impl Server<'_> {
     fn step(&mut self, stage: Stage) -> Result<Event, CommandError> {
@@ -152,8 +177,12 @@ impl Server<'_> {
         }
     }
 
-    fn finish(&mut self, result: RequestState) -> Event {
-        self.result = result;
+    fn finish(&mut self, state: RequestState, reason: impl Into<String>) -> Event {
+        self.finish_as(RequestEnd::new(state, reason))
+    }
+
+    fn finish_as(&mut self, end: RequestEnd) -> Event {
+        self.end = end;
         Event::Finished
     }
 
@@ -169,51 +198,65 @@ impl Server<'_> {
             self.queue.borrow_mut().publish()?;
             std::thread::sleep(POLL_INTERVAL);
         };
-        self.queue.borrow_mut().status =
-            PlanStatus { client: request.client, number: request.number, ..PlanStatus::zeroed() };
+        self.queue.borrow_mut().begin(&request)?;
         if kind == RequestKind::Cancel {
-            return Ok(self.finish(RequestState::Cancelled));
+            return self.wait_until_cancelled();
         }
-        self.queue.borrow_mut().set_state(RequestState::Planning)?;
         match self.task_of(&request, kind)? {
             Ok(task) => {
                 (self.task, self.replans) = (task, 0);
                 Ok(Event::Requested)
             }
-            Err(result) => Ok(self.finish(result)),
+            Err(end) => Ok(self.finish_as(end)),
         }
+    }
+
+    /// Waits until the robot stands at the end of the chunks that were on their way.
+    fn wait_until_cancelled(&mut self) -> Result<Event, CommandError> {
+        self.queue.borrow_mut().set_state(RequestState::Delivering)?;
+        Ok(match self.rest_feedback()? {
+            Ok(Some(feedback)) => {
+                let Feedback { plan_id, epoch, next_sequence, .. } = feedback;
+                let place = format!(
+                    "the robot stands after {next_sequence} chunks of plan {plan_id}.{epoch}"
+                );
+                self.finish(RequestState::Cancelled, place)
+            }
+            Ok(None) => self.finish(RequestState::Cancelled, "no controller is connected"),
+            Err(end) => self.finish_as(end),
+        })
     }
 
     /// The planning task of a request.
     fn task_of(&mut self, request: &PlanRequest, kind: RequestKind) -> Result<Task, CommandError> {
         let feedback = match self.rest_feedback()? {
             Ok(feedback) => feedback,
-            Err(result) => return Ok(Err(result)),
+            Err(end) => return Ok(Err(end)),
         };
-        let Ok(task) = PlanningTask::fresh(self.inputs, feedback.as_ref()) else {
-            return Ok(Err(RequestState::Invalid));
+        let invalid = |reason: String| Ok(Err(RequestEnd::new(RequestState::Invalid, reason)));
+        let task = match PlanningTask::fresh(self.inputs, feedback.as_ref()) {
+            Ok(task) => task,
+            Err(error) => return invalid(error.to_string()),
         };
         let goal = match kind {
             RequestKind::Replan => Some(self.task.scenario.goal),
             _ => request.goal.stance_pose(),
         };
-        let Some(goal) = goal else { return Ok(Err(RequestState::Invalid)) };
+        let Some(goal) = goal else { return invalid("the goal is out of range".into()) };
         let task = task.towards(goal, request.seed, request.work_max);
-        Ok(match kind {
-            RequestKind::StartAndGoal => {
-                let start = request.start.stance_pose().ok_or(RequestState::Invalid);
-                start.map(|start| task.starting_at(start))
-            }
-            _ => Ok(task),
-        })
+        match (kind, request.start.stance_pose()) {
+            (RequestKind::StartAndGoal, Some(start)) => Ok(Ok(task.starting_at(start))),
+            (RequestKind::StartAndGoal, None) => invalid("the start is out of range".into()),
+            _ => Ok(Ok(task)),
+        }
     }
 
     /// The feedback of a controller that has executed all chunks; `None` if no controller has
     /// connected yet. Waits while a connected controller executes or is silent. Ends with the
-    /// request's final state if another request arrives or the controller is lost.
-    fn rest_feedback(&mut self) -> Result<Result<Option<Feedback>, RequestState>, CommandError> {
+    /// request's end if another request arrives or the controller is lost.
+    fn rest_feedback(&mut self) -> Result<Result<Option<Feedback>, RequestEnd>, CommandError> {
         let queue = self.queue;
-        let mut silence = Stopwatch::start();
+        let (begin, mut silence) = (Stopwatch::start(), Stopwatch::start());
         loop {
             let wait = Stopwatch::start();
             let keep_going = || !queue.borrow_mut().is_interrupted_or_repeat();
@@ -222,7 +265,7 @@ impl Server<'_> {
                 return Ok(Ok(Some(feedback)));
             }
             if queue.borrow_mut().is_interrupted() {
-                return Ok(Err(RequestState::Cancelled));
+                return Ok(Err(RequestEnd::interrupted()));
             }
             if wait.seconds() > 2.0 * SILENCE_MAX.as_secs_f64() {
                 // The controller published feedback in between.
@@ -233,8 +276,10 @@ impl Server<'_> {
             if !is_connected && !self.has_robot {
                 return Ok(Ok(None));
             }
-            if silence.seconds() > LOST_SECONDS {
-                return Ok(Err(RequestState::ControllerLost));
+            if silence.seconds() > LOST_SECONDS || begin.seconds() > REST_SECONDS_MAX {
+                let reason =
+                    format!("the controller has not come to rest within {:.0} s", begin.seconds());
+                return Ok(Err(RequestEnd::new(RequestState::ControllerLost, reason)));
             }
         }
     }
@@ -249,7 +294,7 @@ impl Server<'_> {
             let mut planner =
                 self.task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
             let Some(planned) = self.search(&mut planner)? else {
-                return Ok(self.finish(RequestState::Cancelled));
+                return Ok(self.finish_as(RequestEnd::interrupted()));
             };
             if planned.result != PlanResult::NoPlan || !self.task.may_retrace_further(&planner) {
                 return self.record_planned(planner, &planned);
@@ -264,7 +309,7 @@ impl Server<'_> {
         let mut emit = |event: &RoleEvent| {
             if let RoleEvent::Planning(progress) = event {
                 let mut queue = queue.borrow_mut();
-                queue.status.work = progress.work;
+                queue.current().work = progress.work;
                 queue.publish()?;
             }
             reporter.emit(event)
@@ -283,56 +328,67 @@ impl Server<'_> {
         let name = format!("plan {}.{}", self.task.plan_id, self.task.epoch);
         self.reporter.print(|| summary::search_summary(&name, planned));
         let mut queue = self.queue.borrow_mut();
-        queue.status.work = planned.work;
+        queue.current().work = planned.work;
         let result = match planned.result {
             PlanResult::Found => {
-                (queue.status.chunks, queue.status.digest) = (planned.chunks, planner.digest());
+                (queue.current().chunks, queue.current().digest) =
+                    (planned.chunks, planner.digest());
                 self.planner = Some(planner);
                 return Ok(Event::Found);
             }
             PlanResult::NoPlan => RequestState::NoPlan,
+            PlanResult::Stopped => RequestState::Cancelled,
             PlanResult::StartInvalid => RequestState::StartInvalid,
             PlanResult::GoalInvalid => RequestState::GoalInvalid,
         };
         drop(queue);
-        Ok(self.finish(result))
+        Ok(self.finish(result, planned.description.as_str()))
     }
 
     /// Delivers the plan. Plans the rest again if that can help.
     fn deliver(&mut self) -> Result<Event, CommandError> {
         let Some(planner) = self.planner.take() else {
-            return Ok(self.finish(RequestState::Refused));
+            return Ok(self.finish(RequestState::Refused, "the plan was lost"));
         };
         self.queue.borrow_mut().set_state(RequestState::Delivering)?;
         let delivery = self.send(&planner)?;
         self.has_robot |= delivery.feedback.is_some_and(|feedback| feedback.rest_state.is_known());
-        let result = match delivery.outcome {
-            DeliveryOutcome::Accepted => RequestState::Accepted,
-            DeliveryOutcome::Stopped => RequestState::Cancelled,
-            DeliveryOutcome::ControllerLost => RequestState::ControllerLost,
-            DeliveryOutcome::Refused { .. } | DeliveryOutcome::Superseded => {
-                return Ok(self.replan(&delivery, &planner));
+        Ok(match delivery.outcome {
+            DeliveryOutcome::Accepted => {
+                self.finish(RequestState::Accepted, "the robot stands at the goal")
             }
-        };
-        Ok(self.finish(result))
+            DeliveryOutcome::Stopped => self.finish_as(RequestEnd::interrupted()),
+            DeliveryOutcome::ControllerLost => {
+                self.finish(RequestState::ControllerLost, "the controller accepts no more chunks")
+            }
+            DeliveryOutcome::Contradicted => {
+                let reason = CommandError::Contradicted.to_string();
+                self.finish(RequestState::Contradicted, reason)
+            }
+            DeliveryOutcome::Refused { .. } | DeliveryOutcome::Superseded => {
+                self.replan(&delivery, &planner)
+            }
+        })
     }
 
     fn send(&mut self, planner: &Planner) -> Result<Delivery, CommandError> {
-        let queue = self.queue;
+        let (queue, plan) = (self.queue, (self.task.plan_id, self.task.epoch));
         let mut accepted = 0;
         let delivery = self.publisher.deliver(
             planner.chunks(),
             &mut |feedback| {
-                if feedback.next_sequence != accepted {
+                let is_of_plan = (feedback.plan_id, feedback.epoch) == plan;
+                if is_of_plan && feedback.next_sequence != accepted {
                     accepted = feedback.next_sequence;
                     let mut queue = queue.borrow_mut();
-                    queue.status.accepted = accepted;
+                    queue.current().accepted = accepted.min(queue.current().chunks);
                     // The final status repeats the number, so a lost one does no harm.
                     let _ = queue.publish();
                 }
             },
             &|| !queue.borrow_mut().is_interrupted_or_repeat(),
         )?;
+        queue.borrow_mut().current().accepted = delivery.accepted;
         Ok(delivery)
     }
 
@@ -341,20 +397,28 @@ impl Server<'_> {
         let may_replan = self.replans < self.arguments.search.replans_max
             && may_replan(delivery, self.task.rest_state.is_some());
         let Some(feedback) = delivery.feedback.filter(|_| may_replan) else {
-            return self.finish(RequestState::Refused);
+            let refusal = Delivered::from(delivery).refusal;
+            let reason = refusal.map_or_else(
+                || "the controller executes a later plan of another planner".into(),
+                |refusal| refusal.describe(),
+            );
+            return self.finish(RequestState::Refused, reason);
         };
         let retraced = planner.retrace().chunks;
         let task = self.task.take().after(self.inputs, &feedback, planner.chunks(), retraced);
-        let Ok(task) = task else { return self.finish(RequestState::Refused) };
+        let task = match task {
+            Ok(task) => task,
+            Err(error) => return self.finish(RequestState::Refused, error.to_string()),
+        };
         (self.task, self.replans) = (task, self.replans + 1);
         Event::Replan
     }
 
     fn report(&mut self) -> Result<Event, CommandError> {
-        let PlanStatus { plan_id, epoch, .. } = self.queue.borrow().status;
-        let result = self.result;
-        self.reporter.print(|| format!("plan {plan_id}.{epoch}: {}", result.name()));
-        self.queue.borrow_mut().set_state(result)?;
+        let RequestRecord { plan_id, epoch, .. } = *self.queue.borrow_mut().current();
+        let RequestEnd { state, reason } = &self.end;
+        self.reporter.print(|| format!("plan {plan_id}.{epoch}: {}: {reason}", state.name()));
+        self.queue.borrow_mut().finish(*state, reason)?;
         Ok(Event::Reported)
     }
 }

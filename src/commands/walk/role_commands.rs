@@ -1,14 +1,20 @@
 //! The command lines of the planner and the controller process of a walk.
 
 use std::ffi::OsString;
-use std::path::Path;
-use std::process::Command;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 use crate::cli::arguments::WalkArguments;
+use crate::commands::walk::role_files::RoleFiles;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::CommandError;
 use crate::report::role::Role;
 use crate::system::cores::cores_of_roles;
+
+/// This program, also if its file was replaced or removed since it was started: both roles and
+/// their supervisor exchange messages that only one program knows.
+const PROGRAM: &str = "/proc/self/exe";
 
 /// The inputs of both command lines.
 pub(crate) struct RoleCommands<'a> {
@@ -16,8 +22,8 @@ pub(crate) struct RoleCommands<'a> {
     /// The instance's name.
     pub(crate) instance: &'a str,
     pub(crate) arguments: &'a WalkArguments,
-    /// The file that the planner exports the plan to.
-    pub(crate) export: Option<&'a Path>,
+    /// The files that the roles get from this process.
+    pub(crate) files: &'a RoleFiles,
 }
 
 impl RoleCommands<'_> {
@@ -59,8 +65,18 @@ impl RoleCommands<'_> {
         if search.lock_memory {
             command.arg("--lock-memory");
         }
-        if let Some(export) = self.export {
-            command.arg(option_with_path("--export", export));
+        let outputs = &self.arguments.outputs;
+        if let Some(picture) = &outputs.picture {
+            command.arg(option_with_path("--picture", picture));
+        }
+        match (self.files.plan_descriptor(), &outputs.export) {
+            (Some(number), _) => {
+                command.arg("--plan-descriptor").arg(number.to_string());
+            }
+            (None, Some(export)) => {
+                command.arg(option_with_path("--export", export));
+            }
+            (None, None) => {}
         }
         Ok(command)
     }
@@ -72,11 +88,14 @@ impl RoleCommands<'_> {
         role: Role,
         core: Option<usize>,
     ) -> Result<Command, CommandError> {
-        let program =
-            std::env::current_exe().map_err(|source| CommandError::Start { role, source })?;
-        let scenario = std::path::absolute(&self.inputs.scenario.path)
-            .map_err(|source| CommandError::Start { role, source })?;
-        let mut command = Command::new(program);
+        let failed = |source| CommandError::Start { role, source };
+        let piped = self.files.scenario().map_err(failed)?;
+        let scenario = match &piped {
+            Some(_) => PathBuf::from("-"),
+            None => std::path::absolute(&self.inputs.scenario.path).map_err(failed)?,
+        };
+        let mut command = Command::new(PROGRAM);
+        command.arg0("surefoot").stdin(piped.unwrap_or_else(Stdio::null));
         command.arg(subcommand).arg(scenario).arg("--report-lines");
         command.arg("--instance").arg(self.instance);
         command.arg("--seed").arg(self.inputs.scenario.seed.to_string());

@@ -1,5 +1,7 @@
 //! The send window against scripted feedback.
 
+use std::time::Duration;
+
 use bytemuck::Zeroable;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
@@ -10,11 +12,13 @@ use surefoot_shared_types::message::{
 };
 
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
-use crate::channel::tuning::{GO_BACKS_MAX, IDLE_HEARTBEATS};
+use crate::channel::tuning::{
+    CONFIRM_TIME, CONTRADICTIONS_MAX, GO_BACKS_MAX, IDLE_HEARTBEATS, TAKEOVER_SILENCE,
+};
 
-const SESSION: u64 = 77;
+pub(super) const SESSION: u64 = 77;
 
-fn stream(len: u64) -> Vec<PlanChunk> {
+pub(super) fn stream(len: u64) -> Vec<PlanChunk> {
     let mut chunks: Vec<PlanChunk> = Vec::new();
     for sequence in 0..len {
         let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
@@ -23,7 +27,12 @@ fn stream(len: u64) -> Vec<PlanChunk> {
     chunks
 }
 
-fn feedback(controller_id: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
+pub(super) fn feedback(
+    controller_id: u64,
+    count: u64,
+    accepted: u64,
+    chunks: &[PlanChunk],
+) -> Feedback {
     let stream = if accepted == 0 {
         Digest::default()
     } else {
@@ -39,6 +48,19 @@ fn feedback(controller_id: u64, count: u64, accepted: u64, chunks: &[PlanChunk])
         stream,
         ..Feedback::zeroed()
     })
+}
+
+/// A time at which every claim is confirmed.
+const LATER: Duration = Duration::from_secs(1);
+
+/// Receives feedback while the current controller is not silent.
+fn receive(window: &mut SendWindow<'_>, feedback: &Feedback) -> bool {
+    window.receive(feedback, Duration::ZERO, Duration::ZERO)
+}
+
+/// Receives feedback after a silence of the current controller.
+fn take_over(window: &mut SendWindow<'_>, feedback: &Feedback) -> bool {
+    window.receive(feedback, Duration::ZERO, TAKEOVER_SILENCE)
 }
 
 fn with_crc(mut feedback: Feedback) -> Feedback {
@@ -60,26 +82,26 @@ fn the_window_waits_for_a_controller_and_never_exceeds_its_size() {
     let chunks = stream(20);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
     assert!(window.to_send().is_none());
-    assert!(window.receive(&feedback(5, 1, 0, &chunks)));
+    assert!(receive(&mut window, &feedback(5, 1, 0, &chunks)));
     assert_eq!(window.to_send().unwrap().1, 5);
     assert_eq!(send_all(&mut window), (0..8).collect::<Vec<_>>());
-    window.receive(&feedback(5, 2, 3, &chunks));
+    receive(&mut window, &feedback(5, 2, 3, &chunks));
     assert_eq!(send_all(&mut window), [8, 9, 10]);
-    window.receive(&feedback(5, 3, 20, &chunks));
-    assert_eq!(window.outcome(), Some(DeliveryOutcome::Accepted));
+    receive(&mut window, &feedback(5, 3, 20, &chunks));
+    assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Accepted));
 }
 
 #[test]
 fn chunks_are_resent_to_an_idle_controller_only() {
     let chunks = stream(4);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     assert!(!window.go_back(), "a silent controller may be executing chunks");
-    window.receive(&feedback(5, 2, 1, &chunks));
+    receive(&mut window, &feedback(5, 2, 1, &chunks));
     for count in 3..3 + IDLE_HEARTBEATS {
         assert!(!window.go_back());
-        window.receive(&feedback(5, count, 1, &chunks));
+        receive(&mut window, &feedback(5, count, 1, &chunks));
     }
     assert!(window.go_back());
     assert_eq!(send_all(&mut window), [1, 2, 3]);
@@ -90,13 +112,14 @@ fn chunks_are_resent_to_an_idle_controller_only() {
 fn a_new_controller_starts_at_its_own_index_and_the_old_one_is_ignored() {
     let chunks = stream(6);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
-    window.receive(&feedback(5, 2, 4, &chunks));
-    window.receive(&feedback(6, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 2, 4, &chunks));
+    assert!(!receive(&mut window, &feedback(6, 1, 0, &chunks)), "the first one is not silent");
+    assert!(take_over(&mut window, &feedback(6, 1, 0, &chunks)));
     assert_eq!(window.acknowledged(), 0);
-    assert!(!window.receive(&feedback(5, 3, 6, &chunks)));
-    assert_eq!(window.outcome(), None);
+    assert!(!receive(&mut window, &feedback(5, 3, 6, &chunks)));
+    assert_eq!(window.outcome(LATER), None);
     assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
 }
 
@@ -109,11 +132,14 @@ fn a_new_planner_continues_the_same_stream_but_not_another_one() {
         foreign[index].stream = foreign[index - 1].stream_after();
     }
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&with_crc(Feedback { session: 1, ..feedback(5, 1, 4, &chunks) }));
+    receive(&mut window, &with_crc(Feedback { session: 1, ..feedback(5, 1, 4, &chunks) }));
     assert_eq!(send_all(&mut window), [4, 5]);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&with_crc(Feedback { session: 1, finished: 1, ..feedback(5, 1, 6, &foreign) }));
-    assert_eq!((window.outcome(), window.acknowledged()), (None, 0));
+    receive(
+        &mut window,
+        &with_crc(Feedback { session: 1, finished: 1, ..feedback(5, 1, 6, &foreign) }),
+    );
+    assert_eq!((window.outcome(LATER), window.acknowledged()), (None, 0));
     assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
 }
 
@@ -130,11 +156,11 @@ fn refusals_end_the_delivery_unless_they_are_of_another_session() {
         })
     };
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&refused(1));
-    assert_eq!(window.outcome(), None);
-    window.receive(&refused(SESSION));
+    receive(&mut window, &refused(1));
+    assert_eq!(window.outcome(LATER), None);
+    receive(&mut window, &refused(SESSION));
     assert_eq!(
-        window.outcome(),
+        window.outcome(LATER),
         Some(DeliveryOutcome::Refused { sequence: 0, check: Check::Collision, waypoint: 9 })
     );
     assert!(window.to_send().is_none());
@@ -156,8 +182,8 @@ fn corrections_of_the_first_chunk_count_for_another_session() {
     };
     let outcome = |feedback: &Feedback| {
         let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-        assert!(window.receive(feedback));
-        window.outcome()
+        assert!(receive(&mut window, feedback));
+        window.outcome(LATER)
     };
     let refused = DeliveryOutcome::Refused { sequence: 0, check: Check::WorldDiffers, waypoint: 0 };
     assert_eq!(outcome(&refusal(Check::WorldDiffers, 0)), Some(refused));
@@ -169,7 +195,7 @@ fn corrections_of_the_first_chunk_count_for_another_session() {
 fn forged_feedback_does_not_move_the_window() {
     let chunks = stream(6);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&feedback(5, 1, 2, &chunks));
+    receive(&mut window, &feedback(5, 1, 2, &chunks));
     let good = feedback(5, 2, 4, &chunks);
     let forgeries = [
         Feedback { next_sequence: 7, ..good },
@@ -181,11 +207,11 @@ fn forged_feedback_does_not_move_the_window() {
         feedback(5, 2, 1, &chunks),
     ];
     for forgery in &forgeries {
-        window.receive(&with_crc(*forgery));
+        receive(&mut window, &with_crc(*forgery));
         assert_eq!(window.acknowledged(), 2);
     }
-    assert!(!window.receive(&Feedback { next_sequence: 5, ..good }), "a damaged feedback");
-    window.receive(&good);
+    assert!(!receive(&mut window, &Feedback { next_sequence: 5, ..good }), "a damaged feedback");
+    receive(&mut window, &good);
     assert_eq!(window.acknowledged(), 4);
 }
 
@@ -214,24 +240,27 @@ fn a_controller_that_never_accepts_counts_as_lost() {
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
     let mut go_backs = 0;
     for count in 1.. {
-        window.receive(&feedback(5, count, 0, &chunks));
-        if window.outcome().is_some() {
+        receive(&mut window, &feedback(5, count, 0, &chunks));
+        if window.outcome(LATER).is_some() {
             break;
         }
         send_all(&mut window);
         go_backs += u32::from(window.go_back());
     }
-    assert_eq!((window.outcome(), go_backs), (Some(DeliveryOutcome::ControllerLost), GO_BACKS_MAX));
+    assert_eq!(
+        (window.outcome(LATER), go_backs),
+        (Some(DeliveryOutcome::ControllerLost), GO_BACKS_MAX)
+    );
 }
 
 #[test]
 fn a_busy_controller_is_not_idle() {
     let chunks = stream(4);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     for count in 2..20 {
-        window.receive(&with_crc(Feedback { busy: 1, ..feedback(5, count, 0, &chunks) }));
+        receive(&mut window, &with_crc(Feedback { busy: 1, ..feedback(5, count, 0, &chunks) }));
         assert!(!window.go_back());
     }
 }
@@ -240,8 +269,11 @@ fn a_busy_controller_is_not_idle() {
 fn a_later_epoch_supersedes_the_delivery() {
     let chunks = stream(4);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }));
-    assert_eq!(window.outcome(), Some(DeliveryOutcome::Superseded));
+    receive(
+        &mut window,
+        &with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }),
+    );
+    assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Superseded));
     assert!(window.to_send().is_none());
 }
 
@@ -254,8 +286,80 @@ fn a_second_of_motion_is_on_its_way() {
             if index == 0 { Digest::default() } else { chunks[index - 1].stream_after() };
     }
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    window.receive(&feedback(5, 1, 0, &chunks));
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
     assert_eq!(send_all(&mut window), [0, 1, 2]);
-    window.receive(&feedback(5, 2, 1, &chunks));
+    receive(&mut window, &feedback(5, 2, 1, &chunks));
     assert_eq!(send_all(&mut window), [3]);
+}
+
+/// A refusal of chunk `accepted`.
+fn refusal(count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
+    with_crc(Feedback {
+        verdict: Verdict::Refused as u32,
+        check: Check::Torque as u32,
+        refused_sequence: accepted,
+        ..feedback(5, count, accepted, chunks)
+    })
+}
+
+#[test]
+fn a_refusal_that_the_controller_contradicts_does_not_count() {
+    let chunks = stream(6);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    receive(&mut window, &feedback(5, 1, 2, &chunks));
+    receive(&mut window, &refusal(2, 2, &chunks));
+    assert_eq!(window.outcome(CONFIRM_TIME / 2), None, "not confirmed");
+    receive(&mut window, &feedback(5, 2, 3, &chunks));
+    assert_eq!((window.outcome(LATER), window.acknowledged()), (None, 3));
+    receive(&mut window, &refusal(3, 3, &chunks));
+    receive(&mut window, &refusal(4, 3, &chunks));
+    let refused = DeliveryOutcome::Refused { sequence: 3, check: Check::Torque, waypoint: 0 };
+    assert_eq!(window.outcome(LATER), Some(refused));
+}
+
+#[test]
+fn a_refusal_of_another_stream_or_chunk_does_not_count() {
+    let chunks = stream(6);
+    let of = |feedback: Feedback| {
+        let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+        receive(&mut window, &with_crc(feedback));
+        window.outcome(LATER)
+    };
+    let good = refusal(1, 2, &chunks);
+    assert!(of(good).is_some());
+    assert_eq!(of(Feedback { stream: Digest([9; 32]), ..good }), None);
+    assert_eq!(of(Feedback { refused_sequence: 4, ..good }), None);
+    assert_eq!(of(Feedback { session: SESSION + 1, stream: Digest([9; 32]), ..good }), None);
+}
+
+#[test]
+fn an_acceptance_that_the_controller_contradicts_is_taken_back() {
+    let chunks = stream(6);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    receive(&mut window, &feedback(5, 1, 2, &chunks));
+    send_all(&mut window);
+    receive(&mut window, &feedback(5, 2, 6, &chunks));
+    assert_eq!(window.outcome(CONFIRM_TIME / 2), None, "not confirmed");
+    for count in 2..=4 {
+        receive(&mut window, &feedback(5, count + 1, 2, &chunks));
+    }
+    assert_eq!((window.outcome(LATER), window.acknowledged()), (None, 2));
+    assert_eq!(send_all(&mut window), [2, 3, 4, 5]);
+}
+
+#[test]
+fn two_processes_that_publish_as_the_controller_end_the_delivery() {
+    let chunks = stream(6);
+    let mut rivals = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut forged = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    for count in 1..=u64::from(CONTRADICTIONS_MAX) {
+        receive(&mut rivals, &feedback(5, count, 1, &chunks));
+        receive(&mut rivals, &feedback(6, count, 2, &chunks));
+        receive(&mut forged, &feedback(5, count, 1, &chunks));
+        receive(&mut forged, &refusal(count, 1, &chunks));
+    }
+    for window in [&mut rivals, &mut forged] {
+        receive(window, &feedback(5, 99, 1, &chunks));
+        assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Contradicted));
+    }
 }

@@ -119,7 +119,8 @@ fn on_terrain(flat: &Inputs, triangles: usize) -> Inputs {
     scenario.name = format!("mesh_terrain_{triangles}");
     (scenario.start.position, scenario.start.yaw) = (start, 0.0);
     (scenario.goal.position, scenario.goal.yaw) = (goal, 0.0);
-    Inputs { scenario, model: flat.model.clone(), world: terrain::mesh_terrain(triangles) }
+    let world = terrain::mesh_terrain(triangles);
+    Inputs { scenario, model: flat.model.clone(), world, piped_scenario: None }
 }
 
 fn row(

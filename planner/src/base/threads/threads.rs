@@ -1,117 +1,103 @@
-//! Runs short work items in parallel. Idle threads poll for about 2 ms before they sleep, because
-//! waking one takes 50 µs.
-//!
-//! Rayon's own loops split their items in halves down to single items, and their waiting threads
-//! sleep. Items take 20 µs to some milliseconds here, so both cost much of the gain. Results do not
-//! depend on the threads: each item is computed independently.
+//! The threads that share the work of a search.
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use crate::base::threads::cores;
+use crate::base::threads::pool::Pool;
+use crate::base::threads::tuning::ITEMS_MAX;
 
-use crate::base::idle_threads::{IdleThreads, poll};
-use crate::base::tuning::WAIT_POLLS_MAX;
-
-/// The threads that share work: those of a pool, or the calling thread alone.
+/// The threads that share work: the searching thread and helpers, or the searching thread alone.
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
-    workers: Option<Arc<Workers>>,
-}
-
-#[derive(Debug)]
-struct Workers {
-    pool: ThreadPool,
-    idle: IdleThreads,
+    pool: Option<Arc<Pool>>,
 }
 
 impl Threads {
-    /// A pool of threads; for one thread the calling thread alone.
+    /// As many threads, at most one for each core that the process may use. The calling thread of
+    /// [`Threads::run`] is one of them.
     ///
     /// # Errors
     /// The threads cannot be started.
-    pub fn new(threads: NonZeroUsize) -> Result<Self, ThreadPoolBuildError> {
-        if threads.get() == 1 {
-            return Ok(Self::default());
-        }
-        // With as many threads as cores each thread is pinned to a core: a batch lasts less than
-        // the scheduler takes to separate two threads on one core. With more cores than threads
-        // other processes may use the first ones.
-        let cores = core_affinity::get_core_ids()
-            .filter(|cores| threads.get() == cores.len())
-            .unwrap_or_default();
-        let builder = ThreadPoolBuilder::new().num_threads(threads.get());
-        let stay = move |index: usize| {
-            if let Some(&core) = cores.get(index) {
-                core_affinity::set_for_current(core);
-            }
-        };
-        let pool = builder.start_handler(stay).build()?;
-        // A thread allocates memory when it starts and when it first steals work. Both happen here.
-        pool.broadcast(|_| rayon::yield_now());
-        Ok(Self {
-            workers: Some(Arc::new(Workers { pool, idle: IdleThreads::new(threads.get()) })),
-        })
+    pub fn new(threads: NonZeroUsize) -> std::io::Result<Self> {
+        Self::uncapped(threads.min(cores::available()))
     }
 
-    /// Whether there are several threads.
-    pub fn is_parallel(&self) -> bool {
-        self.workers.is_some()
+    /// As many threads, also where the process may use fewer cores: to test that no result depends
+    /// on their number.
+    ///
+    /// # Errors
+    /// The threads cannot be started.
+    pub fn uncapped(threads: NonZeroUsize) -> std::io::Result<Self> {
+        let helpers = NonZeroUsize::new(threads.get() - 1);
+        Ok(Self { pool: helpers.map(Pool::new).transpose()?.map(Arc::new) })
     }
 
-    /// Number of threads.
+    /// Number of threads that share work at this moment. It changes while helpers stay away, so no
+    /// result may depend on it.
     pub fn count(&self) -> usize {
-        self.workers.as_ref().map_or(1, |workers| workers.pool.current_num_threads())
+        self.pool.as_ref().map_or(1, |pool| pool.attending())
     }
 
-    /// Runs `work` on one thread while the others poll for shared parts of it. The other methods
-    /// are called within `work`.
-    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        match &self.workers {
-            Some(workers) => workers.pool.install(|| workers.idle.run_with_idle(work)),
+    /// Runs `work` on the calling thread while helpers poll for items. The other methods are called
+    /// within `work`.
+    pub fn run<T>(&self, work: impl FnOnce() -> T) -> T {
+        match &self.pool {
+            Some(pool) => pool.run(work),
             None => work(),
         }
     }
 
-    /// Runs both functions, in parallel if another thread is free.
-    pub fn join<A: Send, B: Send>(
+    /// Runs both functions: `first` on this thread, `second` on a helper if one is free.
+    pub fn join<A, B: Send>(
         &self,
-        first: impl FnOnce() -> A + Send,
+        first: impl FnOnce() -> A,
         second: impl FnOnce() -> B + Send,
     ) -> (A, B) {
-        let Some(workers) = &self.workers else { return (first(), second()) };
-        let is_done = AtomicBool::new(false);
-        rayon::join(
-            || {
-                workers.idle.wake();
-                let made = first();
-                wait_for(&is_done);
-                made
-            },
-            || {
-                let made = second();
-                is_done.store(true, Ordering::Release);
-                made
-            },
-        )
+        if self.pool.is_none() {
+            return (first(), second());
+        }
+        let mut item = [(Some(second), None)];
+        let made = self.for_each_beside(first, &mut item, |(second, made)| {
+            *made = second.take().map(|second| second());
+        });
+        let [(_, Some(other))] = item else { unreachable!("every item has run") };
+        (made, other)
     }
 
     /// Runs `work` on each item. Items are started in order; each thread takes the next one when it
     /// has finished one.
     pub fn for_each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
-        if !self.is_parallel() {
-            return items.iter_mut().for_each(work);
+        self.for_each_beside(|| (), items, work);
+    }
+
+    /// Does the same while this thread runs `first`, after which it takes items too.
+    pub fn for_each_beside<A, T: Send>(
+        &self,
+        first: impl FnOnce() -> A,
+        items: &mut [T],
+        work: impl Fn(&mut T) + Sync,
+    ) -> A {
+        let Some(pool) = &self.pool else {
+            let made = first();
+            items.iter_mut().for_each(work);
+            return made;
+        };
+        let (offered, rest) = items.split_at_mut(items.len().min(ITEMS_MAX));
+        let places = offered.as_mut_ptr().expose_provenance();
+        let run = |index: usize| {
+            let place = std::ptr::with_exposed_provenance_mut::<T>(places);
+            // SAFETY: the index is that of an item, and every item is claimed by one thread only,
+            // which may change it (`Send`), while this thread waits for all of them.
+            work(unsafe { &mut *place.add(index) });
+        };
+        let made = pool.offer(offered.len(), &run, first);
+        if !rest.is_empty() {
+            self.for_each(rest, work);
         }
-        let worker_count = self.count().min(items.len());
-        let queue = Mutex::new(items.iter_mut());
-        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-        self.run_on(worker_count, &|| {
-            while let Some(item) = next() {
-                work(item);
-            }
-        });
+        made
     }
 
     /// The results of a function for all items, in order.
@@ -120,12 +106,22 @@ impl Threads {
         items: &heapless::Vec<T, N>,
         make: impl Fn(T) -> U + Sync,
     ) -> heapless::Vec<U, N> {
+        self.map_beside(|| (), items, make).1
+    }
+
+    /// Does the same while this thread runs `first`, after which it takes items too.
+    pub fn map_beside<A, T: Copy + Send, U: Default + Send, const N: usize>(
+        &self,
+        first: impl FnOnce() -> A,
+        items: &heapless::Vec<T, N>,
+        make: impl Fn(T) -> U + Sync,
+    ) -> (A, heapless::Vec<U, N>) {
         let mut made: heapless::Vec<U, N> = items.iter().map(|_| U::default()).collect();
         let mut pairs: heapless::Vec<(&mut U, T), N> =
             made.iter_mut().zip(items.iter().copied()).collect();
-        self.for_each(&mut pairs, |(made, item)| **made = make(*item));
+        let first = self.for_each_beside(first, &mut pairs, |(made, item)| **made = make(*item));
         drop(pairs);
-        made
+        (first, made)
     }
 
     /// The first number of a range for which `make` returns a result, with that result. Two threads
@@ -154,22 +150,6 @@ impl Threads {
         let (found, also_found) = self.join(|| search(memory), || search(other_memory));
         found.into_iter().chain(also_found).min_by_key(|(number, _)| *number)
     }
-
-    /// Runs `work` on `worker_count` threads.
-    fn run_on(&self, worker_count: usize, work: &(dyn Fn() + Sync)) {
-        if worker_count > 1 {
-            self.join(work, || self.run_on(worker_count - 1, work));
-        } else {
-            work();
-        }
-    }
-}
-
-/// Waits without sleep for a while and runs other shared work meanwhile. Rayon waits for longer
-/// work and for work that panics.
-fn wait_for(is_done: &AtomicBool) {
-    let is_done = || is_done.load(Ordering::Acquire);
-    while !is_done() && poll(WAIT_POLLS_MAX, is_done) {}
 }
 
 #[cfg(test)]
@@ -177,7 +157,7 @@ mod tests {
     use super::*;
 
     fn threads(count: usize) -> Threads {
-        Threads::new(NonZeroUsize::new(count).unwrap()).unwrap()
+        Threads::uncapped(NonZeroUsize::new(count).unwrap()).unwrap()
     }
 
     #[test]

@@ -1,0 +1,109 @@
+//! A process of the same user that forges and repeats messages of a running pair.
+
+use std::time::Duration;
+
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use surefoot_shared_types::instance::error::ChannelError;
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::observer::Observer;
+use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict, WithCrc};
+
+use crate::commands::bench::soak::random::Random;
+
+/// A value of [`Feedback::gaps`] that no controller reaches: it marks forged feedback.
+const FORGED: u64 = u64::MAX;
+/// The forger's id as a controller.
+const OTHER_CONTROLLER: u64 = 0xf0f0;
+
+/// Forges and repeats messages, and watches the controller's own feedback.
+pub(crate) struct Forger {
+    observer: Observer,
+    feedback: Publisher<ipc::Service, Feedback, ()>,
+    chunks: Publisher<ipc::Service, PlanChunk, ()>,
+    /// The controller's last feedback, and the one before.
+    received: [Option<Feedback>; 2],
+    last_chunk: Option<Box<PlanChunk>>,
+    _participant: Participant,
+}
+
+impl Forger {
+    /// Joins a running instance.
+    pub(crate) fn open(name: &str) -> Result<Self, ChannelError> {
+        let instance = Instance::attach(name)?;
+        let observer = Observer::open(&instance)?;
+        let participant = Participant::open(&instance)?;
+        let making = participant.making()?;
+        let failed = |error| ChannelError::transport("creating the forger's publisher", error);
+        let feedback = participant.feedback.publisher_builder().create().map_err(failed)?;
+        let chunks = participant
+            .chunks
+            .publisher_builder()
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(failed)?;
+        drop(making);
+        Ok(Self {
+            observer,
+            feedback,
+            chunks,
+            received: [None; 2],
+            last_chunk: None,
+            _participant: participant,
+        })
+    }
+
+    /// Reads all messages that have arrived. A damaged transport shows in the walk.
+    pub(crate) fn listen(&mut self) {
+        while let Ok(Some(feedback)) = self.observer.feedback() {
+            if feedback.gaps != FORGED && feedback.controller_id != OTHER_CONTROLLER {
+                self.received = [Some(feedback), self.received[0]];
+            }
+        }
+        while let Ok(Some(chunk)) = self.observer.chunk() {
+            self.last_chunk = Some(Box::new(chunk));
+        }
+    }
+
+    /// Listens for a time.
+    pub(crate) fn listen_for(&mut self, time: Duration) {
+        const PAUSE: Duration = Duration::from_millis(1);
+        let mut waited = Duration::ZERO;
+        while waited < time {
+            self.listen();
+            std::thread::sleep(PAUSE);
+            waited += PAUSE;
+        }
+    }
+
+    /// The chunks that the robot has executed, and whether its plan is finished.
+    pub(crate) fn walked(&self) -> Option<(u64, bool)> {
+        self.received[0].map(|feedback| (feedback.walked, feedback.finished == 1))
+    }
+
+    /// Sends one forged or repeated message; `false` if there is nothing to repeat yet.
+    pub(crate) fn disturb(&self, random: &mut Random) -> bool {
+        let Some(last) = self.received[0] else { return false };
+        match random.below(5) {
+            0 => self.forge(Feedback {
+                verdict: Verdict::Refused as u32,
+                check: Check::Torque as u32,
+                refused_sequence: last.next_sequence,
+                ..last
+            }),
+            1 => self.forge(Feedback { next_sequence: last.next_sequence + 1, ..last }),
+            2 => self.forge(Feedback { controller_id: OTHER_CONTROLLER, ..last }),
+            3 => self.received[1].is_some_and(|before| self.forge(before)),
+            _ => {
+                self.last_chunk.as_ref().is_some_and(|chunk| self.chunks.send_copy(**chunk).is_ok())
+            }
+        }
+    }
+
+    fn forge(&self, feedback: Feedback) -> bool {
+        let mut forged = Feedback { gaps: FORGED, ..feedback };
+        forged.write_crc();
+        self.feedback.send_copy(forged).is_ok()
+    }
+}

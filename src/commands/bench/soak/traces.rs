@@ -1,0 +1,58 @@
+//! Traces of processes: their children, memory and descriptors, and their files in shared memory.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The folder of shared memory.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// The child of a process that runs this subcommand of `surefoot`.
+pub(crate) fn child_of(process: u32, subcommand: &str) -> Option<libc::pid_t> {
+    let children = fs::read_to_string(format!("/proc/{process}/task/{process}/children")).ok()?;
+    let is_role = |child: &&str| {
+        let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+        line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
+    };
+    children.split_whitespace().find(is_role)?.parse().ok()
+}
+
+/// Sends a signal; `false` if the process does not exist.
+pub(crate) fn signal(process: libc::pid_t, signal: libc::c_int) -> bool {
+    // SAFETY: kill touches no memory.
+    unsafe { libc::kill(process, signal) == 0 }
+}
+
+/// Memory in use (KiB) and open descriptors of a process; 0 where the system does not say.
+pub(crate) fn resources(process: u32) -> (u64, u64) {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let resident = status.lines().find_map(|line| {
+        line.strip_prefix("VmRSS:")?.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
+    });
+    let descriptors = fs::read_dir(format!("/proc/{process}/fd")).map_or(0, Iterator::count);
+    (resident.unwrap_or(0), descriptors as u64)
+}
+
+/// The files and folders of an instance that are left in shared memory.
+pub(crate) fn left_over(instance: &str) -> Vec<PathBuf> {
+    let segment = format!("-{instance}.");
+    let mut found = entries(Path::new(SHARED_MEMORY));
+    let bases: Vec<PathBuf> = found
+        .iter()
+        .filter(|path| path.is_dir() && name_of(path).starts_with("surefoot-"))
+        .cloned()
+        .collect();
+    found.extend(bases.iter().flat_map(|base| entries(base)));
+    found.retain(|path| {
+        name_of(path) == instance
+            || name_of(path).contains(&segment) && !name_of(path).ends_with(".foreign")
+    });
+    found
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -1,0 +1,48 @@
+//! A goal on a slope is exported with the height and the tilt of its ground, so that an accepted
+//! plan reaches its own goal.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+
+#[allow(dead_code, reason = "each test binary uses its own part")]
+#[path = "common/command.rs"]
+mod command;
+
+use std::path::Path;
+
+use command::run;
+use serde_json::Value;
+
+/// A ramp of 0.3 rad that rises along x, and a step up it, with the goal 3 cm below the ramp.
+fn write_scenario(folder: &Path) -> String {
+    let world = "mu = 0.6\n[[shapes]]\nname = \"ramp\"\nxyz = [0.0, 0.0, -0.1]\n\
+                 rpy = [0.0, -0.3, 0.0]\nbox = { half_extents = [2.0, 1.0, 0.1] }\n";
+    std::fs::write(folder.join("world.toml"), world).unwrap();
+    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/robots/hubo/robot.toml");
+    let scenario = format!(
+        "robot = {robot:?}\nworld = \"world.toml\"\n[start]\nxyz = [0.0, 0.0, 0.00468]\n\
+         [goal]\nxyz = [0.4, 0.0, 0.1]\nposition_tolerance = 0.04\n"
+    );
+    let path = folder.join("scenario.toml");
+    std::fs::write(&path, scenario).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_plan_reaches_its_own_goal_on_a_slope() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = write_scenario(folder.path());
+    let plan = folder.path().join("plan.json").to_str().unwrap().to_owned();
+    let output = run(&["plan", &scenario, "--export", &plan]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let exported: Value = serde_json::from_slice(&std::fs::read(&plan).unwrap()).unwrap();
+    let left = &exported["goal"]["soles"]["left"];
+    let slope = 0.3_f64;
+    let height = 0.4 * libm::tan(slope) + 0.1 / libm::cos(slope) - 0.1;
+    assert!((left["xyz"][2].as_f64().unwrap() - height).abs() < 1e-6, "{left}");
+    let pitch = 2.0 * libm::asin(left["quat_xyzw"][1].as_f64().unwrap());
+    assert!((pitch + slope).abs() < 1e-6, "{left}");
+    for arguments in [&["check", &plan][..], &["check", &plan, "--scenario", &scenario]] {
+        let output = run(arguments);
+        assert_eq!(output.code, 0, "{arguments:?}: {}{}", output.out, output.err);
+    }
+}
