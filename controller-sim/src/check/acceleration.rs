@@ -6,10 +6,9 @@
 //! continuous speed: the robot stops at a segment's end when a controller takes over or no further
 //! segment arrives.
 //!
-//! A joint that goes from speed `u` to speed `w` within `t`, and a way `d` meanwhile, with
-//! accelerations up to `a`, exists if and only if
-//! `|d - (u + w) t / 2| + (w - u)^2 / (4 a) <= a t^2 / 4`. The speeds `w` that can be reached from
-//! an interval of speeds `u` are an interval, which is followed from waypoint to waypoint.
+//! Between two waypoints a joint moves against the straight line by at most [`TRAVEL_BACK_MAX`], so
+//! no wait and no swing back gives it a run-up. The speeds that can be reached at a waypoint are an
+//! interval, which is followed from waypoint to waypoint.
 
 use surefoot_shared_types::message::{Check, Waypoint};
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, RobotModel};
@@ -23,6 +22,8 @@ const SHARE_ROUNDING: f64 = 1e-6;
 const SHARE_RATIO: f64 = 1.01;
 /// A speed (rad/s or m/s) that rounding leaves of rest.
 const REST_ROUNDING: f64 = 1e-9;
+/// How far a joint may move against its straight line, rad or m: a servo's deviation.
+const TRAVEL_BACK_MAX: f64 = 1e-3;
 /// Larger shares of a limit count as this one.
 const SHARE_MAX: f64 = 1e9;
 
@@ -143,14 +144,24 @@ fn speeds_after(
     seconds: f64,
     limit: f64,
 ) -> Option<(f64, f64)> {
-    let highest = highest_speed(least, most, way, seconds, limit)?;
-    let lowest = -highest_speed(-most, -least, -way, seconds, limit)?;
-    Some((lowest, highest))
+    if way < 0.0 {
+        let (lowest, highest) = speeds_after((-most, -least), -way, seconds, limit)?;
+        return Some((-highest, -lowest));
+    }
+    // Against the way a joint is at most so fast that it stops within the travel allowed.
+    let back = -(2.0 * limit * TRAVEL_BACK_MAX).sqrt();
+    if !is_at_most(back, most + REST_ROUNDING) {
+        return None;
+    }
+    let speeds = (least.max(back), most.max(back));
+    let highest = highest_speed(speeds, way, seconds, limit)?;
+    let lowest = lowest_speed(speeds, way, seconds, limit).max(back);
+    is_at_most(back, highest).then_some((lowest.min(highest), highest))
 }
 
 /// The highest of these speeds. It is highest after full acceleration from the speed
 /// `way / seconds - limit * seconds / 2`, else from the nearest speed above.
-fn highest_speed(least: f64, most: f64, way: f64, seconds: f64, limit: f64) -> Option<f64> {
+fn highest_speed((least, most): (f64, f64), way: f64, seconds: f64, limit: f64) -> Option<f64> {
     // A joint that stands, and may not accelerate, is at rest in spite of rounding.
     let slack = 1e-12 * (1.0 + limit * seconds);
     let best = way / seconds - 0.5 * limit * seconds;
@@ -162,6 +173,89 @@ fn highest_speed(least: f64, most: f64, way: f64, seconds: f64, limit: f64) -> O
     }
     // From `least` the joint first slows down, then speeds up.
     let room = 2.0 * limit * limit * seconds * seconds + 4.0 * limit * (way - least * seconds);
-    let is_possible = is_at_most(-slack * limit * seconds, room);
-    is_possible.then(|| least - limit * seconds + room.max(0.0).sqrt())
+    let speed = least - limit * seconds + room.max(0.0).sqrt();
+    let slowest = (0.5 * (least + speed - limit * seconds)).min(0.0);
+    if slowest * slowest <= limit * TRAVEL_BACK_MAX {
+        return is_at_most(-slack * limit * seconds, room).then_some(speed);
+    }
+    // It moves back as far as it may, and stands for a while.
+    let squared = 2.0 * limit * (way + TRAVEL_BACK_MAX) - least * least;
+    is_at_most(-slack * limit * seconds, squared).then(|| squared.max(0.0).sqrt())
+}
+
+/// The lowest of these speeds, if there is one. It is lowest after full braking from the speed
+/// `way / seconds + limit * seconds / 2`, else from the nearest speed below.
+fn lowest_speed((_, most): (f64, f64), way: f64, seconds: f64, limit: f64) -> f64 {
+    let best = way / seconds + 0.5 * limit * seconds;
+    if best <= most {
+        return best - limit * seconds;
+    }
+    // From `most` the joint first speeds up, then slows down.
+    let room = 2.0 * limit * limit * seconds * seconds - 4.0 * limit * (way - most * seconds);
+    most + limit * seconds - room.max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The least and the highest speed after a way from one speed, by trying motions that go to
+    /// some speed, keep it for a while, and go on to the last one.
+    fn tried(u: f64, way: f64, seconds: f64, limit: f64) -> Option<(f64, f64)> {
+        let mut found: Option<(f64, f64)> = None;
+        for (middle, w) in (0..300).flat_map(|a| (0..300).map(move |b| (a, b))) {
+            let [middle, w] = [middle, w].map(|index| 0.01 * f64::from(index));
+            let (first, last) = ((middle - u).abs() / limit, (w - middle).abs() / limit);
+            let rest = seconds - first - last;
+            let covered = 0.5 * (u + middle) * first + middle * rest + 0.5 * (middle + w) * last;
+            if rest >= -1e-9 && (covered - way).abs() < 0.005 {
+                let (low, high) = found.unwrap_or((w, w));
+                found = Some((low.min(w), high.max(w)));
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn the_speeds_that_can_be_reached_are_those_of_all_motions_tried() {
+        let cases = [
+            (0.0, 0.3, 1.0, 2.0),
+            (1.0, 0.5, 1.0, 2.0),
+            (1.0, 0.2, 1.0, 3.0),
+            (1.5, 1.2, 1.0, 1.0),
+            (0.2, 1.0, 1.0, 2.0),
+            (2.0, 0.5, 2.0, 2.0),
+        ];
+        for (u, way, seconds, limit) in cases {
+            let tried = tried(u, way, seconds, limit);
+            let found = speeds_after((u, u), way, seconds, limit);
+            match (tried, found) {
+                (Some(tried), Some(found)) => {
+                    // Motions back are not tried.
+                    let apart = (tried.0 - found.0.max(0.0)).abs().max((tried.1 - found.1).abs());
+                    assert!(apart < 0.1, "{u} {way}: {tried:?} {found:?}");
+                }
+                _ => assert_eq!(tried.is_some(), found.is_some(), "{u} {way}"),
+            }
+            let mirrored = speeds_after((-u, -u), -way, seconds, limit);
+            assert_eq!(mirrored, found.map(|(low, high)| (-high, -low)));
+        }
+    }
+
+    #[test]
+    fn no_number_is_no_speed() {
+        for numbers in [(f64::NAN, 0.1, 1.0), (0.0, f64::NAN, 1.0), (0.0, 0.1, f64::NAN)] {
+            let (speed, way, seconds) = numbers;
+            assert_eq!(speeds_after((speed, speed), way, seconds, 10.0), None, "{numbers:?}");
+        }
+    }
+
+    #[test]
+    fn a_wait_gives_no_run_up() {
+        let back = (2.0 * 10.0 * TRAVEL_BACK_MAX).sqrt();
+        let (lowest, highest) = speeds_after((0.0, 0.0), 0.0, 2.0, 10.0).unwrap();
+        assert!(lowest >= -back && highest <= back, "{lowest} {highest} {back}");
+        assert_eq!(speeds_after((0.5, 1.0), 0.0, 2.0, 10.0), None);
+        assert_eq!(speeds_after((0.5, 1.0), -0.1, 2.0, 10.0), None);
+    }
 }

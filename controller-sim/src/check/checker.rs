@@ -6,7 +6,7 @@
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::{Contact, Margins, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, Margins, Waypoint};
 use surefoot_shared_types::robot::model::{Link, RobotModel};
 use surefoot_shared_types::world::world::World;
 
@@ -21,8 +21,9 @@ use crate::check::contact::check_contact;
 use crate::check::course::Course;
 use crate::check::dynamic_torque::check_dynamic_torque;
 use crate::check::limits::{check_limits, check_spacing, check_speeds};
-use crate::check::motion::{SampledMotion, Spacing};
+use crate::check::motion::SampledMotion;
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
+use crate::check::sole_speed::check_sole_speeds;
 use crate::check::torque::{check_torque, least_squares_torque_reserve};
 use crate::check::zero_moment::check_zero_moment;
 use crate::geometry::body::CollisionBody;
@@ -125,10 +126,35 @@ impl Checker {
         segment: &MotionSegment,
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
-        let spacing = check_spacing(&self.model, &self.config, segment)?;
-        let case = self.prepare(segment, spacing);
+        let case = self.prepare(segment)?;
         let mut report = SegmentReport::UNMEASURED;
         for check in PHYSICAL {
+            heartbeat();
+            record(&mut report, check, self.run(check, &case, heartbeat)?);
+        }
+        Ok(report.margins)
+    }
+
+    /// The checks of a smooth motion's stops alone, on the part of them that lies within a segment.
+    ///
+    /// # Errors
+    /// The first violation.
+    pub fn check_stops(
+        &mut self,
+        segment: &MotionSegment,
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
+        let MotionSegment { contacts, waypoints, course, .. } = *segment;
+        let instants = course.stop_instants(waypoints);
+        let mut report = SegmentReport::UNMEASURED;
+        if instants.is_empty() {
+            return Ok(report.margins);
+        }
+        let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
+        let (received, motion) = (Vec::new(), SampledMotion::EMPTY);
+        let waypoints = waypoints.into();
+        let case = Case { contacts, supports, waypoints, received, instants, motion };
+        for check in PhysicalCheck::OF_INSTANTS {
             heartbeat();
             record(&mut report, check, self.run(check, &case, heartbeat)?);
         }
@@ -139,14 +165,13 @@ impl Checker {
     /// interpolate end it early.
     pub fn check_all(&mut self, segment: &MotionSegment) -> SegmentReport {
         let mut report = SegmentReport::UNMEASURED;
-        let spacing = match check_spacing(&self.model, &self.config, segment) {
-            Ok(spacing) => spacing,
+        let case = match self.prepare(segment) {
+            Ok(case) => case,
             Err(violation) => {
                 report.violations.push(violation);
                 return report;
             }
         };
-        let case = self.prepare(segment, spacing);
         for check in PHYSICAL {
             match self.run(check, &case, &mut || {}) {
                 Ok(margin) => record(&mut report, check, margin),
@@ -185,23 +210,32 @@ impl Checker {
         Reserves { friction, least_squares_torque }
     }
 
-    fn prepare<'a>(&mut self, segment: &MotionSegment<'a>, spacing: Spacing) -> Case<'a> {
+    /// The data of a segment whose steps are short.
+    fn prepare<'a>(&mut self, segment: &MotionSegment<'a>) -> Result<Case<'a>, Violation> {
         let MotionSegment { contacts, waypoints, course, .. } = *segment;
+        let spacing = check_spacing(&self.model, &self.config, waypoints)?;
         let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
-        let Course::Smooth(stops) = course else {
+        if course == Course::Straight {
             let motion = SampledMotion::new(&self.model, waypoints, spacing);
             let (received, instants) = (Vec::new(), Vec::new());
             let waypoints = waypoints.into();
-            return Case { contacts, supports, waypoints, received, instants, motion };
-        };
-        let (received, knots): (Vec<usize>, Vec<Waypoint>) =
-            trajectory::knots(waypoints).into_iter().unzip();
-        let spacing = Spacing::between(&knots, self.model.joints.len());
+            return Ok(Case { contacts, supports, waypoints, received, instants, motion });
+        }
+        let (received, knots): (Vec<usize>, Vec<Waypoint>) = trajectory::knots(waypoints)
+            .map_err(|index| {
+                let detail = "the curve to the next waypoint bends too much for its duration";
+                Violation::new(Check::Spacing, index, detail)
+            })?
+            .into_iter()
+            .unzip();
+        let spacing = check_spacing(&self.model, &self.config, &knots).map_err(|violation| {
+            Violation { waypoint: received[violation.waypoint], ..violation }
+        })?;
         let motion = SampledMotion::new(&self.model, &knots, spacing);
         let mut instants: Vec<(usize, Waypoint)> =
             received.iter().copied().zip(knots.iter().copied()).collect();
-        instants.extend(stops.iter().flat_map(|stop| stop.instants(waypoints)));
-        Case { contacts, supports, waypoints: knots.into(), received, instants, motion }
+        instants.extend(course.stop_instants(waypoints));
+        Ok(Case { contacts, supports, waypoints: knots.into(), received, instants, motion })
     }
 
     /// Makes one check; infinity where it measures no margin.
@@ -235,7 +269,10 @@ impl Checker {
             }
             PhysicalCheck::Acceleration => check_acceleration(model, &case.waypoints),
             PhysicalCheck::Limits => check_limits(model, case),
-            PhysicalCheck::Contact => check_contact(model, config, case),
+            PhysicalCheck::Contact => {
+                check_sole_speeds(model, case)?;
+                check_contact(model, config, case)
+            }
             PhysicalCheck::Balance => check_balance(model, config, &mut self.equilibrium, case),
             PhysicalCheck::Torque => {
                 check_torque(&self.unlocked, config, &self.equilibrium, case, heartbeat)

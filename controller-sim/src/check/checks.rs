@@ -39,6 +39,10 @@ pub(crate) const PHYSICAL: [PhysicalCheck; 10] = [
 ];
 
 impl PhysicalCheck {
+    /// Those that look at the instants of a smooth motion.
+    pub(crate) const OF_INSTANTS: [Self; 4] =
+        [Self::Spacing, Self::Acceleration, Self::ZeroMoment, Self::DynamicTorque];
+
     /// The physical check of this name; nothing for checks of the message and of the stream.
     const fn of(check: Check) -> Option<Self> {
         match check {

@@ -8,7 +8,7 @@ use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 use crate::base::comparison::{is_at_most, is_below};
 use crate::check::motion::{Change, Spacing};
-use crate::check::segment::{Case, MotionSegment, Violation};
+use crate::check::segment::{Case, Violation};
 use crate::kinematics::forward::Configuration;
 
 /// Rounding allowed at a limit, rad or m.
@@ -24,14 +24,14 @@ const INTERVAL_MAX: f64 = 20.0;
 pub fn check_spacing(
     model: &RobotModel,
     config: &CheckerConfig,
-    segment: &MotionSegment,
+    waypoints: &[Waypoint],
 ) -> Result<Spacing, Violation> {
     let bad = |waypoint, detail| Violation::new(Check::Spacing, waypoint, detail);
-    if segment.waypoints.is_empty() {
+    if waypoints.is_empty() {
         return Err(bad(0, "no waypoints".to_owned()));
     }
     let mut changes = Vec::new();
-    for (index, pair) in segment.waypoints.windows(2).enumerate() {
+    for (index, pair) in waypoints.windows(2).enumerate() {
         let [start, end] = [&pair[0], &pair[1]];
         check_time(start, end).map_err(|detail| bad(index, detail))?;
         let [a, b] =

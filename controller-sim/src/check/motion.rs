@@ -63,17 +63,6 @@ pub struct Spacing {
     pub changes: Vec<Change>,
 }
 
-impl Spacing {
-    /// The changes between waypoints whose spacing is known to be bounded.
-    pub fn between(waypoints: &[Waypoint], joints: usize) -> Self {
-        let change = |pair: &[Waypoint]| {
-            let [a, b] = [0, 1].map(|end| Configuration::of_waypoint(&pair[end], joints));
-            Change::between(&a, &b)
-        };
-        Self { changes: waypoints.windows(2).map(change).collect() }
-    }
-}
-
 /// A segment's motion.
 pub struct SampledMotion {
     /// The waypoints' configurations.
@@ -83,6 +72,9 @@ pub struct SampledMotion {
 }
 
 impl SampledMotion {
+    /// A motion without samples.
+    pub const EMPTY: Self = Self { configurations: Vec::new(), samples: Vec::new() };
+
     /// Samples a motion whose spacing is known to be bounded.
     pub fn new(model: &RobotModel, waypoints: &[Waypoint], Spacing { changes }: Spacing) -> Self {
         let configurations: Vec<_> = waypoints

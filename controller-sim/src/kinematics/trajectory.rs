@@ -10,10 +10,12 @@ use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::scaled_axis_from_rotation;
 use surefoot_shared_types::message::Waypoint;
 
+use crate::base::comparison::{is_at_most, largest};
+
 /// The largest distance of the curve from the straight line between two knots, rad and m.
 const DEVIATION_MAX: f64 = 2e-4;
-/// Most knots that replace one waypoint.
-const KNOTS_MAX: usize = 64;
+/// Most pieces into which the curve between two waypoints is divided.
+const PIECES_MAX: usize = 64;
 /// Below this angle (rad) power series replace quotients that lose their digits.
 const SERIES_BELOW: f64 = 1e-2;
 
@@ -23,37 +25,35 @@ type State = [f64; 3];
 /// The motion at `time` (s) between two waypoints, of which the second one is later. The torque is
 /// not evaluated.
 pub(crate) fn between(from: &Waypoint, to: &Waypoint, time: f64) -> Waypoint {
-    let (duration, elapsed) = (to.time - from.time, time - from.time);
+    let elapsed = time - from.time;
     let mut waypoint = Waypoint { time, ..*from };
     for joint in 0..JOINTS_MAX {
-        let at = |w: &Waypoint| [w.q[joint], w.joint_velocity[joint], w.joint_acceleration[joint]];
-        let [q, velocity, acceleration] = Quintic::new(at(from), at(to), duration).at(elapsed);
+        let [q, velocity, acceleration] = joint_curve(from, to, joint).at(elapsed);
         waypoint.q[joint] = q;
         waypoint.joint_velocity[joint] = velocity;
         waypoint.joint_acceleration[joint] = acceleration;
     }
     for axis in 0..3 {
-        let at = |w: &Waypoint| {
-            [w.root_position[axis], w.root_velocity[axis], w.root_acceleration[axis]]
-        };
-        let [position, velocity, acceleration] =
-            Quintic::new(at(from), at(to), duration).at(elapsed);
+        let [position, velocity, acceleration] = root_curve(from, to, axis).at(elapsed);
         waypoint.root_position[axis] = position;
         waypoint.root_velocity[axis] = velocity;
         waypoint.root_acceleration[axis] = acceleration;
     }
-    turn_root(&mut waypoint, [from, to], duration, elapsed);
+    turn_root(&mut waypoint, [from, to], elapsed);
     waypoint
 }
 
 /// Waypoints of straight lines that stay within [`DEVIATION_MAX`] of the curve through `waypoints`,
 /// these among them, each with the index of the waypoint at or before it.
-pub(crate) fn knots(waypoints: &[Waypoint]) -> Vec<(usize, Waypoint)> {
+///
+/// # Errors
+/// The first waypoint after which that takes more than [`PIECES_MAX`] lines.
+pub(crate) fn knots(waypoints: &[Waypoint]) -> Result<Vec<(usize, Waypoint)>, usize> {
     let mut knots = Vec::new();
     for (index, pair) in waypoints.windows(2).enumerate() {
         let [from, to] = [&pair[0], &pair[1]];
         knots.push((index, *from));
-        let count = knot_count(from, to);
+        let count = piece_count(from, to).ok_or(index)?;
         let seconds = to.time - from.time;
         for knot in 1..count {
             let time = from.time + seconds * knot as f64 / count as f64;
@@ -61,20 +61,45 @@ pub(crate) fn knots(waypoints: &[Waypoint]) -> Vec<(usize, Waypoint)> {
         }
     }
     knots.extend(waypoints.last().map(|last| (waypoints.len() - 1, *last)));
-    knots
+    Ok(knots)
 }
 
 /// A curve with accelerations up to `a` is at most `a t^2 / 8` from its chord over a time `t`.
-fn knot_count(from: &Waypoint, to: &Waypoint) -> usize {
+/// Nothing where more than [`PIECES_MAX`] pieces are needed or a number is not finite.
+fn piece_count(from: &Waypoint, to: &Waypoint) -> Option<usize> {
     let seconds = to.time - from.time;
-    let largest = (0..=8).map(|eighth| {
-        let here = between(from, to, from.time + 0.125 * f64::from(eighth) * seconds);
-        let accelerations = here.joint_acceleration.iter().chain(&here.root_acceleration);
-        accelerations.fold(0.0, |largest: f64, value| largest.max(value.abs()))
-    });
-    let acceleration = largest.fold(0.0, f64::max);
+    let joints = (0..JOINTS_MAX).map(|joint| joint_curve(from, to, joint));
+    let root = (0..3).map(|axis| root_curve(from, to, axis));
+    let turn = turn_curves(from, to);
+    let curves = joints.chain(root).chain(turn);
+    let acceleration = largest(curves.map(|curve| curve.acceleration_bound(seconds)));
     let count = (seconds * (acceleration / (8.0 * DEVIATION_MAX)).sqrt()).ceil();
-    if count.is_finite() { (count as usize).clamp(2, KNOTS_MAX) } else { KNOTS_MAX }
+    is_at_most(count, PIECES_MAX as f64).then(|| (count as usize).max(2))
+}
+
+fn joint_curve(from: &Waypoint, to: &Waypoint, joint: usize) -> Quintic {
+    let at = |w: &Waypoint| [w.q[joint], w.joint_velocity[joint], w.joint_acceleration[joint]];
+    Quintic::new(at(from), at(to), to.time - from.time)
+}
+
+/// One coordinate of the root's position.
+fn root_curve(from: &Waypoint, to: &Waypoint, axis: usize) -> Quintic {
+    let at =
+        |w: &Waypoint| [w.root_position[axis], w.root_velocity[axis], w.root_acceleration[axis]];
+    Quintic::new(at(from), at(to), to.time - from.time)
+}
+
+/// The coordinates of the root's rotation vector from the first waypoint on.
+fn turn_curves(from: &Waypoint, to: &Waypoint) -> [Quintic; 3] {
+    let [start, end] = [from, to].map(|w| DQuat::from_array(w.root_rotation).normalize());
+    let turn = scaled_axis_from_rotation(start.conjugate() * end);
+    let begin = vector_rates(DVec3::ZERO, angular_rates(from, start));
+    let finish = vector_rates(turn, angular_rates(to, end));
+    std::array::from_fn(|axis| {
+        let first = [0.0, begin[0][axis], begin[1][axis]];
+        let last = [turn[axis], finish[0][axis], finish[1][axis]];
+        Quintic::new(first, last, to.time - from.time)
+    })
 }
 
 /// A polynomial of degree 5 in time, lowest power first.
@@ -104,21 +129,21 @@ impl Quintic {
         }
         [p, v, 2.0 * half_a]
     }
+
+    /// At least the largest acceleration until `duration`: that of the cubic's control points.
+    fn acceleration_bound(&self, duration: f64) -> f64 {
+        let [_, _, c2, c3, c4, c5] = self.0;
+        let (t, t2) = (duration, duration * duration);
+        let (p0, p1, p2, p3) = (2.0 * c2, 6.0 * c3 * t, 12.0 * c4 * t2, 20.0 * c5 * t2 * t);
+        let control = [p0, p0 + p1 / 3.0, p0 + (2.0 * p1 + p2) / 3.0, p0 + p1 + p2 + p3];
+        largest(control.map(f64::abs))
+    }
 }
 
 /// Sets the root's rotation, angular velocity and angular acceleration.
-fn turn_root(waypoint: &mut Waypoint, [from, to]: [&Waypoint; 2], duration: f64, elapsed: f64) {
-    let [start, end] = [from, to].map(|w| DQuat::from_array(w.root_rotation).normalize());
-    let turn = scaled_axis_from_rotation(start.conjugate() * end);
-    let [begin, finish] = [
-        vector_rates(DVec3::ZERO, angular_rates(from, start)),
-        vector_rates(turn, angular_rates(to, end)),
-    ];
-    let states: [State; 3] = std::array::from_fn(|axis| {
-        let first = [0.0, begin[0][axis], begin[1][axis]];
-        let last = [turn[axis], finish[0][axis], finish[1][axis]];
-        Quintic::new(first, last, duration).at(elapsed)
-    });
+fn turn_root(waypoint: &mut Waypoint, [from, to]: [&Waypoint; 2], elapsed: f64) {
+    let start = DQuat::from_array(from.root_rotation).normalize();
+    let states = turn_curves(from, to).map(|curve| curve.at(elapsed));
     let order = |order: usize| DVec3::from_array(states.map(|state| state[order]));
     let [unit, first, second] = quaternion_derivatives(order(0), order(1), order(2));
     let rotation = (start * unit).normalize();
@@ -236,13 +261,35 @@ mod tests {
     #[test]
     fn straight_lines_between_knots_stay_near_the_curve() {
         let waypoints = [waypoint(1, 0.0, 0.1), waypoint(2, 0.4, 0.1)];
-        let knots = knots(&waypoints);
+        let knots = knots(&waypoints).unwrap();
         assert_eq!((knots[0].1, knots[knots.len() - 1]), (waypoints[0], (1, waypoints[1])));
         for pair in knots.windows(2) {
             let [(_, a), (_, b)] = [&pair[0], &pair[1]];
             let middle = between(&waypoints[0], &waypoints[1], 0.5 * (a.time + b.time));
             let chord = 0.5 * (a.q[2] + b.q[2]);
-            assert!((middle.q[2] - chord).abs() <= 1.5 * DEVIATION_MAX);
+            assert!((middle.q[2] - chord).abs() <= DEVIATION_MAX);
+        }
+    }
+
+    #[test]
+    fn a_curve_that_bends_too_much_or_is_no_curve_has_no_knots() {
+        let mut waypoints = [waypoint(1, 0.0, 0.1), waypoint(2, 0.4, 0.1), waypoint(3, 0.8, 0.1)];
+        assert!(knots(&waypoints).is_ok());
+        waypoints[2].joint_acceleration[2] = 1e5;
+        assert_eq!(knots(&waypoints), Err(1));
+        waypoints[1].root_velocity[4] = f64::NAN;
+        assert_eq!(knots(&waypoints), Err(0));
+    }
+
+    #[test]
+    fn no_acceleration_exceeds_its_bound() {
+        for seed in 1..40 {
+            let ends = [waypoint(seed, 0.0, 0.1), waypoint(seed + 50, 0.4, 0.1)];
+            let curve = joint_curve(&ends[0], &ends[1], 2);
+            let bound = curve.acceleration_bound(0.4);
+            let samples = (0..=40).map(|tick| curve.at(0.01 * f64::from(tick))[2].abs());
+            let most = largest(samples);
+            assert!(most <= bound * (1.0 + 1e-12) && bound <= 5.5 * most, "{most} {bound}");
         }
     }
 }

@@ -265,7 +265,9 @@ fn write(
         chunk.waypoints_len += 1;
     }
     let used = chunk.waypoints_len as usize;
-    timing.set_intervals(&mut chunk.waypoints[..used]);
+    let ground = chunk.contacts().iter().map(|contact| contact.position[2]).sum::<f64>()
+        / f64::from(chunk.contacts_len.max(1));
+    timing.set_intervals(&mut chunk.waypoints[..used], ground);
 }
 
 /// The waypoint of a configuration. Its time is set when the chunk is finalized.
