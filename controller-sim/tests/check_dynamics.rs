@@ -71,7 +71,7 @@ fn a_gentle_swing_is_accepted_with_the_margins_computed_by_hand() {
     let shift = f64::abs(about_ground) / weight;
     let lost = still.zero_moment - margins.zero_moment;
     assert!(lost > shift && lost < shift + 0.015, "{lost} {shift}");
-    // Besides, the shoulder carries up to 2 (0.2 + 0.6) g sin(0.3) of 200 N m.
+    // The shoulder also carries up to 2 (0.2 + 0.6) g sin(0.3) of 200 N m.
     let (least, most) = (inertia * acceleration / 200.0, (inertia * acceleration + 4.7) / 200.0);
     let share = 1.0 - margins.dynamic_torque;
     assert!(share >= least && share <= most + 0.05, "{share} {least} {most}");

@@ -633,7 +633,7 @@ fn starts_stops_and_turns_are_accelerations() {
         waypoint(4.1, 0.0125, 0.0),
     ];
     let share = 1.0 - unused(&wait);
-    assert!(share > 0.3 && share < 0.505, "{share}");
+    assert!(share > 0.2 && share < 0.505, "{share}");
     assert_eq!(unused(&[waypoint(0.0, 0.3, 0.0)]), 1.0);
     // Half the time is four times the acceleration.
     let quicker = turn.map(|waypoint| Waypoint { time: 0.5 * waypoint.time, ..waypoint });

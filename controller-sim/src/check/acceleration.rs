@@ -172,11 +172,11 @@ fn highest_speed((least, most): (f64, f64), way: f64, seconds: f64, limit: f64) 
         return Some(best + limit * seconds);
     }
     // From `least` the joint first slows down, then speeds up.
-    let room = 2.0 * limit * limit * seconds * seconds + 4.0 * limit * (way - least * seconds);
-    let speed = least - limit * seconds + room.max(0.0).sqrt();
+    let square = 2.0 * limit * limit * seconds * seconds + 4.0 * limit * (way - least * seconds);
+    let speed = least - limit * seconds + square.max(0.0).sqrt();
     let slowest = (0.5 * (least + speed - limit * seconds)).min(0.0);
     if slowest * slowest <= limit * TRAVEL_BACK_MAX {
-        return is_at_most(-slack * limit * seconds, room).then_some(speed);
+        return is_at_most(-slack * limit * seconds, square).then_some(speed);
     }
     // It moves back as far as it may, and stands for a while.
     let squared = 2.0 * limit * (way + TRAVEL_BACK_MAX) - least * least;
@@ -191,8 +191,8 @@ fn lowest_speed((_, most): (f64, f64), way: f64, seconds: f64, limit: f64) -> f6
         return best - limit * seconds;
     }
     // From `most` the joint first speeds up, then slows down.
-    let room = 2.0 * limit * limit * seconds * seconds - 4.0 * limit * (way - most * seconds);
-    most + limit * seconds - room.max(0.0).sqrt()
+    let square = 2.0 * limit * limit * seconds * seconds - 4.0 * limit * (way - most * seconds);
+    most + limit * seconds - square.max(0.0).sqrt()
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ const PIECES_MAX: usize = 64;
 const SERIES_BELOW: f64 = 1e-2;
 
 /// Position, velocity and acceleration.
-type State = [f64; 3];
+type Derivatives = [f64; 3];
 
 /// The motion at `time` (s) between two waypoints, of which the second one is later. The torque is
 /// not evaluated.
@@ -107,7 +107,7 @@ struct Quintic([f64; 6]);
 
 impl Quintic {
     /// From one state to another within `duration` s.
-    fn new(from: State, to: State, duration: f64) -> Self {
+    fn new(from: Derivatives, to: Derivatives, duration: f64) -> Self {
         let t = duration;
         let [p0, v0, a0] = from;
         let [p1, v1, a1] = to;
@@ -120,7 +120,7 @@ impl Quintic {
         Self([p0, v0, 0.5 * a0, cubic, quartic, quintic])
     }
 
-    fn at(&self, time: f64) -> State {
+    fn at(&self, time: f64) -> Derivatives {
         let (mut p, mut v, mut half_a) = (0.0, 0.0, 0.0);
         for coefficient in self.0.iter().rev() {
             half_a = half_a * time + v;
@@ -236,6 +236,16 @@ mod tests {
         waypoint
     }
 
+    /// A waypoint with a twentieth of all numbers.
+    fn gentle(seed: u32, time: f64) -> Waypoint {
+        let mut waypoint = waypoint(seed, time, 0.05);
+        let numbers = waypoint.root_position.iter_mut().chain(&mut waypoint.q);
+        let rates = waypoint.root_velocity.iter_mut().chain(&mut waypoint.root_acceleration);
+        let joints = waypoint.joint_velocity.iter_mut().chain(&mut waypoint.joint_acceleration);
+        numbers.chain(rates).chain(joints).for_each(|number| *number *= 0.05);
+        waypoint
+    }
+
     #[test]
     fn the_checkers_own_evaluation_agrees_with_the_rule_of_the_messages() {
         for (seed, turn) in [(1, 0.0), (2, 0.004), (3, 0.2), (4, 1.2)] {
@@ -260,7 +270,7 @@ mod tests {
 
     #[test]
     fn straight_lines_between_knots_stay_near_the_curve() {
-        let waypoints = [waypoint(1, 0.0, 0.1), waypoint(2, 0.4, 0.1)];
+        let waypoints = [gentle(1, 0.0), gentle(2, 0.4)];
         let knots = knots(&waypoints).unwrap();
         assert_eq!((knots[0].1, knots[knots.len() - 1]), (waypoints[0], (1, waypoints[1])));
         for pair in knots.windows(2) {
@@ -273,7 +283,7 @@ mod tests {
 
     #[test]
     fn a_curve_that_bends_too_much_or_is_no_curve_has_no_knots() {
-        let mut waypoints = [waypoint(1, 0.0, 0.1), waypoint(2, 0.4, 0.1), waypoint(3, 0.8, 0.1)];
+        let mut waypoints = [gentle(1, 0.0), gentle(2, 0.4), gentle(3, 0.8)];
         assert!(knots(&waypoints).is_ok());
         waypoints[2].joint_acceleration[2] = 1e5;
         assert_eq!(knots(&waypoints), Err(1));

@@ -300,8 +300,8 @@ pub fn balance(generators: &[Generator], centre_of_mass: DVec3) -> Vec<Row> {
     rows
 }
 
-/// The balance rows of forces that exert a wrench: a force (weights), and a torque about the world's
-/// origin (weights times metres).
+/// The balance rows of forces that exert a wrench: a force (weights), and a torque about the
+/// world's origin (weights times metres).
 pub fn wrench_balance(generators: &[Generator], force: DVec3, torque: DVec3) -> Vec<Row> {
     let origin = centroid(generators);
     let mut rows = balance_rows(generators, origin);

@@ -7,9 +7,9 @@ use surefoot_shared_types::message::Waypoint;
 /// For each joint an acceleration (rad/s2 or m/s2) that suffices, at rest at the first and the last
 /// waypoint. `intervals` are the times between the waypoints, s.
 ///
-/// At a waypoint the speed is the weighted harmonic mean of those before and after it (Fritsch,
-/// Butland 1984), 0 where the joint turns back. Between two waypoints the joint accelerates up to
-/// an instant and brakes from there, or the other way round.
+/// At a waypoint the speed is 0 where the joint turns back, else the mean of those before and after
+/// it by their times, at most twice the lower one: so the joint never turns back between two
+/// waypoints, where it accelerates up to an instant and brakes from there, or the other way round.
 pub fn needed_accelerations(waypoints: &[Waypoint], intervals: &[f64]) -> [f64; JOINTS_MAX] {
     std::array::from_fn(|joint| {
         let way = |index: usize| waypoints[index + 1].q[joint] - waypoints[index].q[joint];
@@ -36,8 +36,10 @@ fn passing_speed([a, b]: [f64; 2], [a_time, b_time]: [f64; 2]) -> f64 {
     if a * b <= 0.0 {
         return 0.0;
     }
-    let (a_weight, b_weight) = (a_time + 2.0 * b_time, 2.0 * a_time + b_time);
-    (a_weight + b_weight) / (a_weight * a_time / a + b_weight * b_time / b)
+    let (before, after) = (a / a_time, b / b_time);
+    let mean = (before * b_time + after * a_time) / (a_time + b_time);
+    let most = 2.0 * before.abs().min(after.abs());
+    mean.clamp(-most, most)
 }
 
 /// The acceleration from one speed to another over a way within some time.

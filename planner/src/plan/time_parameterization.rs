@@ -88,14 +88,14 @@ impl TimeParameterization {
     /// s; 0 at the first. The feet stand at `ground` (m).
     pub fn set_intervals(&self, waypoints: &mut [Waypoint], ground: f64) {
         let intervals = self.intervals(waypoints, ground);
-        let stretch = self.stretch(waypoints, &intervals);
+        let time_scale = self.time_scale(waypoints, &intervals);
         for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
-            waypoint.time = stretch * interval;
+            waypoint.time = time_scale * interval;
         }
     }
 
     /// The factor of all times with which the joints keep their limits, at least 1.
-    fn stretch(&self, waypoints: &[Waypoint], intervals: &[f64; INTERVALS_MAX]) -> f64 {
+    fn time_scale(&self, waypoints: &[Waypoint], intervals: &[f64; INTERVALS_MAX]) -> f64 {
         let needed = needed_accelerations(waypoints, intervals);
         let shares = needed.iter().zip(&self.accelerations).map(|(needed, limit)| {
             // `accelerations` are `ACCELERATION_SHARE` of the limits.
