@@ -66,10 +66,13 @@ fn motions() -> Vec<Damage> {
         ("waypoints are left out", Violates(Check::Spacing, "to the next waypoint"), |damaged| {
             damaged.thin(damaged.middle_phase("right"), 30)
         }),
-        ("the walk is hurried", Violates(Check::Acceleration, "accelerates"), |damaged| {
+        ("the walk is hurried", Violates(Check::Acceleration, "has to accelerate"), |damaged| {
             damaged.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.7);
         }),
-        ("a step stops at once", Violates(Check::Acceleration, "accelerates"), |damaged| {
+        ("the walk is rushed", Violates(Check::ZeroMoment, "too fast"), |damaged| {
+            damaged.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.35);
+        }),
+        ("a step stops at once", Violates(Check::Acceleration, "has to accelerate"), |damaged| {
             let last = *damaged.waypoints_of(damaged.middle_phase("right")).end();
             let late = 0.9 * (damaged.plan.waypoints[last].t - damaged.plan.waypoints[last - 1].t);
             damaged.plan.waypoints[last..].iter_mut().for_each(|waypoint| waypoint.t -= late);

@@ -107,8 +107,8 @@ static_assert(offsetof(surefoot_PlanChunk, stream) == 200, "offset");
 static_assert(offsetof(surefoot_PlanChunk, contacts) == 232, "offset");
 static_assert(offsetof(surefoot_PlanChunk, waypoints) == 1512, "offset");
 
-#define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v1"
-#define SUREFOOT_MARGINS_LAYOUT "babb94a9813dc304"
+#define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v2"
+#define SUREFOOT_MARGINS_LAYOUT "2b108052f02d4347"
 typedef struct {
     double limits;
     double contact;
@@ -116,14 +116,18 @@ typedef struct {
     double collision;
     double self_collision;
     double torque;
+    double zero_moment;
+    double dynamic_torque;
 } surefoot_Margins;
-static_assert(sizeof(surefoot_Margins) == 48, "size");
+static_assert(sizeof(surefoot_Margins) == 64, "size");
 static_assert(offsetof(surefoot_Margins, limits) == 0, "offset");
 static_assert(offsetof(surefoot_Margins, contact) == 8, "offset");
 static_assert(offsetof(surefoot_Margins, balance) == 16, "offset");
 static_assert(offsetof(surefoot_Margins, collision) == 24, "offset");
 static_assert(offsetof(surefoot_Margins, self_collision) == 32, "offset");
 static_assert(offsetof(surefoot_Margins, torque) == 40, "offset");
+static_assert(offsetof(surefoot_Margins, zero_moment) == 48, "offset");
+static_assert(offsetof(surefoot_Margins, dynamic_torque) == 56, "offset");
 
 #define SUREFOOT_REST_STATE_TYPE_NAME "surefoot.RestState.v1"
 #define SUREFOOT_REST_STATE_LAYOUT "18665aaa3ee316ab"
@@ -156,7 +160,7 @@ static_assert(offsetof(surefoot_WorldCorrection, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_WorldCorrection, half_extents) == 64, "offset");
 
 #define SUREFOOT_FEEDBACK_TYPE_NAME "surefoot.Feedback.v1"
-#define SUREFOOT_FEEDBACK_LAYOUT "2d9a226877e26fec"
+#define SUREFOOT_FEEDBACK_LAYOUT "aafddabfe77c6aff"
 typedef struct {
     uint64_t schema;
     uint64_t controller_id;
@@ -182,7 +186,7 @@ typedef struct {
     surefoot_RestState rest_state;
     surefoot_WorldCorrection corrections[SUREFOOT_CORRECTIONS_MAX];
 } surefoot_Feedback;
-static_assert(sizeof(surefoot_Feedback) == 6000, "size");
+static_assert(sizeof(surefoot_Feedback) == 6016, "size");
 static_assert(offsetof(surefoot_Feedback, schema) == 0, "offset");
 static_assert(offsetof(surefoot_Feedback, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_Feedback, session) == 16, "offset");
@@ -204,8 +208,8 @@ static_assert(offsetof(surefoot_Feedback, reserved) == 112, "offset");
 static_assert(offsetof(surefoot_Feedback, crc) == 116, "offset");
 static_assert(offsetof(surefoot_Feedback, stream) == 120, "offset");
 static_assert(offsetof(surefoot_Feedback, margins) == 152, "offset");
-static_assert(offsetof(surefoot_Feedback, rest_state) == 200, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections) == 3184, "offset");
+static_assert(offsetof(surefoot_Feedback, rest_state) == 216, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections) == 3200, "offset");
 
 #define SUREFOOT_STANCE_POSE_DATA_TYPE_NAME "surefoot.StancePoseData.v1"
 #define SUREFOOT_STANCE_POSE_DATA_LAYOUT "8300c6518c01d2f8"

@@ -4,6 +4,7 @@ pub(crate) mod contact_load;
 pub(crate) mod convex_program;
 pub(crate) mod equilibrium;
 pub(crate) mod error;
+pub(crate) mod inverse_dynamics;
 pub(crate) mod joint_torques;
 pub(crate) mod least_squares;
 pub(crate) mod resting_contact;

@@ -276,8 +276,9 @@ impl<'a> PlannerBuilder<'a> {
             joints_len: context.constraints.robot.joints_len,
         };
         let waypoints_max = self.scenario.planner.waypoints_max as usize;
-        let mut chunks =
-            ChunkBuilder::new(waypoints_max, provenance, TimeParameterization::new(self.model));
+        let reserve = self.scenario.planner.com_margin - self.scenario.checker.com_margin;
+        let timing = TimeParameterization::new(self.model, reserve);
+        let mut chunks = ChunkBuilder::new(waypoints_max, provenance, timing);
         let (plan_id, epoch) = self.plan_name;
         chunks.set_plan_id(plan_id, epoch);
         chunks

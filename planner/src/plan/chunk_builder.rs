@@ -316,7 +316,9 @@ fn write(
     chunk.interpolation = Interpolation::Linear as u64;
     write_waypoints(chunk, waypoints);
     let used = chunk.waypoints_len as usize;
-    timing.set_intervals(&mut chunk.waypoints[..used]);
+    let ground = chunk.contacts().iter().map(|contact| contact.position[2]).sum::<f64>()
+        / f64::from(chunk.contacts_len.max(1));
+    timing.set_intervals(&mut chunk.waypoints[..used], ground);
 }
 
 /// Writes what a zeroed chunk names beside its waypoints.
