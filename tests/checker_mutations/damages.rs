@@ -70,7 +70,7 @@ fn motions() -> Vec<Damage> {
             damaged.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.7);
         }),
         ("the walk is rushed", Violates(Check::ZeroMoment, "too fast"), |damaged| {
-            damaged.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.35);
+            damaged.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.2);
         }),
         ("a step stops at once", Violates(Check::Acceleration, "has to accelerate"), |damaged| {
             let last = *damaged.waypoints_of(damaged.middle_phase("right")).end();
