@@ -40,7 +40,7 @@ use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
-use crate::plan::time_parameterization::TimeParameterization;
+use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
 use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
 use crate::preparation::Preparation;
 use crate::preparation::PreparationError;
@@ -276,8 +276,10 @@ impl<'a> PlannerBuilder<'a> {
             joints_len: context.constraints.robot.joints_len,
         };
         let waypoints_max = self.scenario.planner.waypoints_max as usize;
-        let reserve = self.scenario.planner.com_margin - self.scenario.checker.com_margin;
-        let timing = TimeParameterization::new(self.model, reserve);
+        let checked_margin = self.scenario.checker.com_margin;
+        let most = self.scenario.planner.com_margin - checked_margin;
+        let balance = BalanceReserve { checked_margin, most };
+        let timing = TimeParameterization::new(self.model, balance);
         let mut chunks = ChunkBuilder::new(waypoints_max, provenance, timing);
         let (plan_id, epoch) = self.plan_name;
         chunks.set_plan_id(plan_id, epoch);

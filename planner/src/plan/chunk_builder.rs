@@ -10,7 +10,7 @@ use crate::base::arena::zeroed;
 use crate::base::capacity::ArenaFull;
 use crate::base::threads::Threads;
 use crate::constraints::foothold::Foothold;
-use crate::plan::time_parameterization::{TimeParameterization, accumulate};
+use crate::plan::time_parameterization::{Ground, TimeParameterization, accumulate};
 use crate::robot::configuration::Configuration;
 use crate::timing::path_point::PathSpan;
 use crate::timing::stops::Stop;
@@ -316,9 +316,8 @@ fn write(
     chunk.interpolation = Interpolation::Linear as u64;
     write_waypoints(chunk, waypoints);
     let used = chunk.waypoints_len as usize;
-    let ground = chunk.contacts().iter().map(|contact| contact.position[2]).sum::<f64>()
-        / f64::from(chunk.contacts_len.max(1));
-    timing.set_intervals(&mut chunk.waypoints[..used], ground);
+    let ground = Ground::under(chunk.contacts());
+    timing.set_intervals(&mut chunk.waypoints[..used], &ground);
 }
 
 /// Writes what a zeroed chunk names beside its waypoints.

@@ -16,18 +16,19 @@
 //! [`SPREAD_MAX`]. At last all times are stretched until joints that pass the waypoints with a
 //! continuous speed keep their limits.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
-use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::geometry::convex_region::ConvexRegion;
 use crate::kinematics::forward::Kinematics;
 use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
-    ACCELERATION_SHARE, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX, LIMIT_SHARE, ROOT_SPEED_MAX,
-    SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    ACCELERATION_SHARE, BALANCE_RESERVE_MIN, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX,
+    LIMIT_SHARE, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
 };
 use crate::robot::mechanism::LINKS_MAX;
 
@@ -42,8 +43,51 @@ pub struct TimeParameterization {
     /// Largest accelerations, rad/s2 or m/s2.
     accelerations: [f64; JOINTS_MAX],
     kinematics: Kinematics,
-    /// How far an acceleration may move the zero-moment point, m.
-    zero_moment_shift_max: f64,
+    balance: BalanceReserve,
+}
+
+/// How far accelerations may move the zero-moment point from the centre of mass, seen from above.
+#[derive(Debug, Clone, Copy)]
+pub struct BalanceReserve {
+    /// Least margin of the zero-moment point that the checker accepts, m.
+    pub checked_margin: f64,
+    /// Most reserve that is used, m: the planner's usual margin beyond the checker's.
+    pub most: f64,
+}
+
+impl BalanceReserve {
+    /// The reserve of a motion whose centre of mass, seen from above, keeps `margin` (m) in its
+    /// support region.
+    fn of(&self, margin: f64) -> f64 {
+        (margin - self.checked_margin).clamp(BALANCE_RESERVE_MIN, self.most)
+    }
+}
+
+/// Where the feet of a motion stand.
+#[derive(Debug, Clone)]
+pub struct Ground {
+    /// Mean height of the soles, m.
+    height: f64,
+    /// Region of the centre of mass in world x and y.
+    region: ConvexRegion,
+}
+
+impl Ground {
+    /// The ground under these contacts.
+    pub fn under(contacts: &[Contact]) -> Self {
+        let heights = contacts.iter().map(|contact| contact.position[2]);
+        let vertices = contacts.iter().flat_map(|contact| {
+            let world_from_sole = contact.world_from_sole();
+            let polygon = &contact.polygon[..contact.polygon_len as usize];
+            let seen_from_above =
+                move |vertex: &[f64; 2]| world_from_sole * DVec2::from(*vertex).extend(0.0);
+            polygon.iter().map(seen_from_above).map(DVec3::truncate)
+        });
+        Self {
+            height: heights.sum::<f64>() / contacts.len().max(1) as f64,
+            region: ConvexRegion::hull(vertices),
+        }
+    }
 }
 
 /// Displacements within an interval, each over its largest acceleration, s2.
@@ -68,9 +112,8 @@ pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
 }
 
 impl TimeParameterization {
-    /// The limits of a robot whose zero-moment point may be `balance_reserve` (m) from its centre
-    /// of mass, seen from above.
-    pub fn new(model: &RobotModel, balance_reserve: f64) -> Self {
+    /// The limits of a robot.
+    pub fn new(model: &RobotModel, balance: BalanceReserve) -> Self {
         let limits = |limit: fn(&Joint) -> f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             limits.iter_mut().zip(&model.joints).for_each(|(slot, joint)| *slot = limit(joint));
@@ -80,13 +123,13 @@ impl TimeParameterization {
             speeds: limits(|joint| JOINT_SPEED_MAX.min(LIMIT_SHARE * joint.velocity)),
             accelerations: limits(|joint| ACCELERATION_SHARE * joint.acceleration),
             kinematics: Kinematics::new(model),
-            zero_moment_shift_max: CENTRE_SHIFT_SHARE * balance_reserve,
+            balance,
         }
     }
 
     /// Sets the time of each of a chunk's waypoints to the interval since the waypoint before it,
-    /// s; 0 at the first. The feet stand at `ground` (m).
-    pub fn set_intervals(&self, waypoints: &mut [Waypoint], ground: f64) {
+    /// s; 0 at the first.
+    pub fn set_intervals(&self, waypoints: &mut [Waypoint], ground: &Ground) {
         let intervals = self.intervals(waypoints, ground);
         let time_scale = self.time_scale(waypoints, &intervals);
         for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
@@ -105,18 +148,16 @@ impl TimeParameterization {
     }
 
     /// The time from each waypoint to the next, s.
-    fn intervals(&self, waypoints: &[Waypoint], ground: f64) -> [f64; INTERVALS_MAX] {
+    fn intervals(&self, waypoints: &[Waypoint], ground: &Ground) -> [f64; INTERVALS_MAX] {
         let mut displacements = [Displacements::NONE; INTERVALS_MAX];
         let (mut shortest, mut times) = ([0.0; INTERVALS_MAX], [0.0; INTERVALS_MAX]);
-        let mut links = [Pose::IDENTITY; LINKS_MAX];
-        let mut centre = |waypoint: &Waypoint| {
-            self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, &mut links);
-            self.kinematics.center_of_mass(&links)
-        };
+        let centres = self.centres_of_mass(waypoints);
+        let margins = centres.iter().map(|centre| ground.region.margin(centre.truncate()));
+        let shift_max = CENTRE_SHIFT_SHARE * self.balance.of(margins.fold(f64::INFINITY, f64::min));
         for (index, pair) in waypoints.windows(2).enumerate() {
-            let centres = [centre(&pair[0]), centre(&pair[1])];
-            let height = (centres[0].z.max(centres[1].z) - ground).max(0.0);
-            let acceleration = GRAVITY * self.zero_moment_shift_max / height;
+            let centres = [centres[index], centres[index + 1]];
+            let height = (centres[0].z.max(centres[1].z) - ground.height).max(0.0);
+            let acceleration = GRAVITY * shift_max / height;
             displacements[index] = Displacements {
                 joints: self.displacements(pair),
                 centre: (centres[1] - centres[0]).truncate() / acceleration,
@@ -133,6 +174,15 @@ impl TimeParameterization {
             }
         }
         times
+    }
+
+    fn centres_of_mass(&self, waypoints: &[Waypoint]) -> heapless::Vec<DVec3, CHUNK_WAYPOINTS_MAX> {
+        let mut links = [Pose::IDENTITY; LINKS_MAX];
+        let centre = |waypoint: &Waypoint| {
+            self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, &mut links);
+            self.kinematics.center_of_mass(&links)
+        };
+        waypoints.iter().map(centre).collect()
     }
 
     /// The displacement of each joint in units of its largest acceleration, s2.
@@ -222,11 +272,25 @@ mod tests {
             speeds: [JOINT_SPEED_MAX; JOINTS_MAX],
             accelerations: [LIMIT; JOINTS_MAX],
             kinematics: Kinematics::new(&model),
-            zero_moment_shift_max: f64::INFINITY,
+            balance: BalanceReserve { checked_margin: 0.0, most: 1e3 },
         }
     }
 
     /// Waypoints of one joint.
+    /// A support region of kilometres.
+    fn wide() -> ConvexRegion {
+        let corners = [(-1e3, -1e3), (1e3, -1e3), (1e3, 1e3), (-1e3, 1e3)];
+        ConvexRegion::hull(corners.into_iter().map(|(x, y)| DVec2::new(x, y)))
+    }
+
+    #[test]
+    fn the_reserve_is_what_a_motion_keeps_beyond_the_checker() {
+        let balance = BalanceReserve { checked_margin: 5e-3, most: 15e-3 };
+        assert_eq!(balance.of(0.1), 15e-3);
+        assert!((balance.of(9e-3) - 4e-3).abs() < 1e-15);
+        assert_eq!(balance.of(4e-3), BALANCE_RESERVE_MIN);
+    }
+
     fn along(positions: &[f64]) -> Vec<Waypoint> {
         let waypoint = |position: &f64| {
             let mut waypoint = Waypoint::zeroed();
@@ -238,7 +302,7 @@ mod tests {
 
     fn timed(positions: &[f64]) -> Vec<Waypoint> {
         let mut waypoints = along(positions);
-        timing().set_intervals(&mut waypoints, 0.0);
+        timing().set_intervals(&mut waypoints, &Ground { height: 0.0, region: wide() });
         let end = accumulate(&mut waypoints, 2.0);
         assert_eq!((waypoints[0].time, waypoints.last().unwrap().time), (2.0, end));
         waypoints
@@ -307,7 +371,8 @@ mod tests {
     #[test]
     fn the_centre_of_mass_accelerates_gently() {
         let shift = 0.01;
-        let timing = TimeParameterization { zero_moment_shift_max: shift, ..timing() };
+        let balance = BalanceReserve { checked_margin: 0.0, most: shift / CENTRE_SHIFT_SHARE };
+        let timing = TimeParameterization { balance, ..timing() };
         // Half a metre forwards, then to the side, at a height of 1 m over the ground.
         let mut waypoints = vec![Waypoint::zeroed()];
         for step in 1..=20 {
@@ -319,7 +384,7 @@ mod tests {
         let mut links = [Pose::IDENTITY; LINKS_MAX];
         timing.kinematics.forward(&Pose::IDENTITY, &[0.0; JOINTS_MAX], &mut links);
         let height = timing.kinematics.center_of_mass(&links).z;
-        timing.set_intervals(&mut waypoints, height - 1.0);
+        timing.set_intervals(&mut waypoints, &Ground { height: height - 1.0, region: wide() });
         let acceleration_max = GRAVITY * shift;
         let speed = |pair: &[Waypoint]| {
             let [a, b] = [0, 1].map(|end| DVec2::from_slice(&pair[end].root_position));

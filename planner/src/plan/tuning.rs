@@ -13,9 +13,13 @@ pub(crate) const LIMIT_SHARE: f64 = 0.95;
 /// the time of both intervals beside it. A joint that keeps to the waypoints with a continuous
 /// speed needs up to twice as much.
 pub(crate) const ACCELERATION_SHARE: f64 = 0.5 * LIMIT_SHARE;
-/// The share of the balance reserve, the planner's `com_margin` beyond the checker's, by which
-/// accelerations may move the zero-moment point. The rest covers what a change of mode adds.
+/// The share of the balance reserve, the margin of a motion beyond the checker's, by which
+/// accelerations may move the zero-moment point. The rest covers what the checker's region differs
+/// by.
 pub(crate) const CENTRE_SHIFT_SHARE: f64 = 0.9;
+/// The balance reserve of a motion that has less, m: it is so slow that the checker decides by the
+/// configurations alone.
+pub(crate) const BALANCE_RESERVE_MIN: f64 = 2e-4;
 /// A change of the speed of the centre of mass at a waypoint counts as spread over at most this
 /// time, s.
 pub(crate) const SPREAD_MAX: f64 = 0.2;
