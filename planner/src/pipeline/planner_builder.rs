@@ -276,7 +276,7 @@ impl<'a> PlannerBuilder<'a> {
             joints_len: context.constraints.robot.joints_len,
         };
         let waypoints_max = self.scenario.planner.waypoints_max as usize;
-        let checked_margin = self.scenario.checker.com_margin;
+        let checked_margin = self.scenario.checker.com_margin + COM_MARGIN_RESERVE;
         let most = self.scenario.planner.com_margin - checked_margin;
         let balance = BalanceReserve { checked_margin, most };
         let timing = TimeParameterization::new(self.model, balance);

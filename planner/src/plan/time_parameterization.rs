@@ -49,7 +49,8 @@ pub struct TimeParameterization {
 /// How far accelerations may move the zero-moment point from the centre of mass, seen from above.
 #[derive(Debug, Clone, Copy)]
 pub struct BalanceReserve {
-    /// Least margin of the zero-moment point that the checker accepts, m.
+    /// Margin at which a motion has no reserve, m: more than the checker's, whose region may be
+    /// smaller.
     pub checked_margin: f64,
     /// Most reserve that is used, m: the planner's usual margin beyond the checker's.
     pub most: f64,

@@ -14,9 +14,9 @@ pub(crate) const LIMIT_SHARE: f64 = 0.95;
 /// speed needs up to twice as much.
 pub(crate) const ACCELERATION_SHARE: f64 = 0.5 * LIMIT_SHARE;
 /// The share of the balance reserve, the margin of a motion beyond the checker's, by which
-/// accelerations may move the zero-moment point. The rest covers what the checker's region differs
-/// by.
-pub(crate) const CENTRE_SHIFT_SHARE: f64 = 0.9;
+/// accelerations may move the zero-moment point. The rest covers that the checker's region is
+/// smaller where ground ends under a foot.
+pub(crate) const CENTRE_SHIFT_SHARE: f64 = 0.8;
 /// The balance reserve of a motion that has less, m: it is so slow that the checker decides by the
 /// configurations alone.
 pub(crate) const BALANCE_RESERVE_MIN: f64 = 2e-4;
