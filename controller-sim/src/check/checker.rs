@@ -4,12 +4,14 @@
 //! `check/checks.rs` and stops at the first violation; [`Checker::check_all`]
 //! makes all of them. Each check stands in the file of its name.
 
+use glam::DVec3;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Check, Contact, Margins, Waypoint};
 use surefoot_shared_types::robot::model::{Link, RobotModel};
 use surefoot_shared_types::world::world::World;
 
+use crate::base::comparison::largest;
 use crate::check::acceleration::{
     check_acceleration, check_stated_accelerations, peak_acceleration,
 };
@@ -24,6 +26,7 @@ use crate::check::limits::{check_limits, check_spacing, check_speeds};
 use crate::check::motion::SampledMotion;
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
 use crate::check::sole_speed::check_sole_speeds;
+use crate::check::stance_foot::StanceFoot;
 use crate::check::torque::{check_torque, least_squares_torque_reserve};
 use crate::check::zero_moment::check_zero_moment;
 use crate::geometry::body::CollisionBody;
@@ -32,7 +35,8 @@ use crate::kinematics::trajectory;
 use crate::statics::contact_load::{ContactLoad, least_squares_load};
 use crate::statics::equilibrium::Equilibrium;
 use crate::statics::error::CheckerError;
-use crate::statics::sole_support::{SoleSupport, SupportFinder, check_soles};
+use crate::statics::sole_support::{SoleSupport, SupportFinder};
+use crate::statics::underside::check_soles;
 
 /// The support of each stance foot by the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -170,10 +174,11 @@ impl Checker {
         if instants.is_empty() {
             return Ok(report.margins);
         }
-        let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
-        let (received, motion) = (Vec::new(), SampledMotion::EMPTY);
+        let stops: Vec<Waypoint> = instants.iter().map(|(_, instant)| *instant).collect();
+        let SoleSupports(supports) = self.sole_supports(contacts, &stops);
+        let (received, motion, stance_feet) = (Vec::new(), SampledMotion::EMPTY, Vec::new());
         let waypoints = Vec::new().into();
-        let case = Case { contacts, supports, waypoints, received, instants, motion };
+        let case = Case { contacts, supports, waypoints, received, instants, motion, stance_feet };
         for check in PhysicalCheck::OF_INSTANTS {
             heartbeat();
             record(&mut report, check, self.run(check, &case, heartbeat)?);
@@ -208,9 +213,25 @@ impl Checker {
         peak_acceleration(&self.model, waypoints).share.max(1.0).sqrt()
     }
 
-    /// The support of each of these contacts by the world.
-    pub fn sole_supports(&mut self, contacts: &[Contact]) -> SoleSupports {
-        SoleSupports(contacts.iter().map(|contact| self.supports.find(contact)).collect())
+    /// The support of each of these contacts by the world, under a robot that moves through these
+    /// waypoints.
+    pub fn sole_supports(&mut self, contacts: &[Contact], waypoints: &[Waypoint]) -> SoleSupports {
+        let centre_of_mass = |waypoint: &Waypoint| {
+            let configuration = Configuration::of_waypoint(waypoint, self.model.joints.len());
+            Posture::new(&self.model, &configuration).centre_of_mass(&self.model)
+        };
+        let centres: Vec<DVec3> = waypoints.iter().map(centre_of_mass).collect();
+        SoleSupports(self.find_supports(contacts, &centres))
+    }
+
+    fn find_supports(&mut self, contacts: &[Contact], centres: &[DVec3]) -> Vec<SoleSupport> {
+        let find = |contact: &Contact| {
+            let pose = contact.world_from_sole();
+            let up = pose.rotation.normalize() * DVec3::Z;
+            let height = largest(centres.iter().map(|at| (*at - pose.translation).dot(up)));
+            self.supports.find(contact, height)
+        };
+        contacts.iter().map(find).collect()
     }
 
     /// Foot forces and joint torques in a configuration by contact forces of least squares.
@@ -234,12 +255,14 @@ impl Checker {
     fn prepare<'a>(&mut self, segment: &MotionSegment<'a>) -> Result<Case<'a>, Violation> {
         let MotionSegment { contacts, waypoints, course, .. } = *segment;
         let spacing = check_spacing(&self.model, &self.config, waypoints)?;
-        let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
         if course == Course::Straight {
             let motion = SampledMotion::new(&self.model, waypoints, spacing);
+            let (supports, stance_feet) = self.find_feet(contacts, &motion);
             let (received, instants) = (Vec::new(), Vec::new());
             let waypoints = waypoints.into();
-            return Ok(Case { contacts, supports, waypoints, received, instants, motion });
+            let case =
+                Case { contacts, supports, waypoints, received, instants, motion, stance_feet };
+            return Ok(case);
         }
         let (received, knots): (Vec<usize>, Vec<Waypoint>) = trajectory::knots(waypoints)
             .map_err(|index| {
@@ -252,10 +275,27 @@ impl Checker {
             Violation { waypoint: received[violation.waypoint], ..violation }
         })?;
         let motion = SampledMotion::new(&self.model, &knots, spacing);
+        let (supports, stance_feet) = self.find_feet(contacts, &motion);
         let mut instants: Vec<(usize, Waypoint)> =
             received.iter().copied().zip(knots.iter().copied()).collect();
         instants.extend(course.stop_instants(waypoints));
-        Ok(Case { contacts, supports, waypoints: knots.into(), received, instants, motion })
+        let waypoints = knots.into();
+        Ok(Case { contacts, supports, waypoints, received, instants, motion, stance_feet })
+    }
+
+    /// The support of each contact, and its foot in each sample of the motion.
+    fn find_feet(
+        &mut self,
+        contacts: &[Contact],
+        motion: &SampledMotion,
+    ) -> (Vec<SoleSupport>, Vec<StanceFoot>) {
+        let centres: Vec<DVec3> =
+            motion.samples.iter().map(|sample| sample.centre_of_mass).collect();
+        let supports = self.find_supports(contacts, &centres);
+        let feet_in = |sample| contacts.iter().map(move |contact| (contact, sample));
+        let foot = |(contact, sample)| StanceFoot::new(&self.model, contact, sample);
+        let stance_feet = motion.samples.iter().flat_map(feet_in).map(foot).collect();
+        (supports, stance_feet)
     }
 
     /// Makes one check; infinity where it measures no margin.

@@ -15,6 +15,7 @@ pub(crate) mod motion;
 pub(crate) mod motion_bounds;
 pub(crate) mod segment;
 pub(crate) mod sole_speed;
+pub(crate) mod stance_foot;
 pub(crate) mod swing_clearance;
 pub(crate) mod torque;
 pub(crate) mod tuning;

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use surefoot_shared_types::message::{Check, Contact, Margins, SupportMode, Waypoint};
 
 use crate::check::course::Course;
-use crate::check::motion::SampledMotion;
+use crate::check::motion::{Sample, SampledMotion};
+use crate::check::stance_foot::StanceFoot;
 use crate::statics::sole_support::SoleSupport;
 
 /// A motion within one mode.
@@ -102,9 +103,16 @@ pub(crate) struct Case<'a> {
     pub(crate) instants: Vec<(usize, Waypoint)>,
     /// The configurations along the motion.
     pub(crate) motion: SampledMotion,
+    /// The foot of each contact in each sample of the motion, sample by sample.
+    pub(crate) stance_feet: Vec<StanceFoot>,
 }
 
 impl Case<'_> {
+    /// The samples of the motion, each with the feet of the contacts.
+    pub(crate) fn samples_with_feet(&self) -> impl Iterator<Item = (&Sample, &[StanceFoot])> {
+        self.motion.samples.iter().zip(self.stance_feet.chunks(self.contacts.len().max(1)))
+    }
+
     /// Whether the motion is smooth.
     pub(crate) fn is_smooth(&self) -> bool {
         !self.instants.is_empty()

@@ -37,7 +37,7 @@ impl Simulation {
         chunk: &PlanChunk,
         publish: &mut dyn FnMut(&SimulationState),
     ) {
-        let sole_supports = checker.sole_supports(chunk.contacts());
+        let sole_supports = checker.sole_supports(chunk.contacts(), chunk.waypoints());
         for time in self.instants(chunk) {
             let waypoint = waypoint_at(chunk, time, checker.model().joints.len());
             self.ticks += 1;

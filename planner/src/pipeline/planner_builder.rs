@@ -15,6 +15,7 @@ use crate::base::threads::Threads;
 use crate::collision::error::CollisionError;
 use crate::collision::model::CollisionModel;
 use crate::constraints::constraints::Constraints;
+use crate::constraints::tuning::COM_MARGIN_RESERVE;
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use crate::motion::roadmap::Roadmap;
@@ -214,7 +215,8 @@ impl<'a> PlannerBuilder<'a> {
             threads: self.threads.get(),
             reason: error.to_string(),
         })?;
-        let constraints = Constraints::new(robot, collision, config.clone());
+        let mut constraints = Constraints::new(robot, collision, config.clone());
+        constraints.checked_com_margin = self.scenario.checker.com_margin;
         let (preparation, seed) = (self.preparation.clone(), self.scenario.seed);
         Ok((PlanningContext { constraints, surfaces, preparation, threads, seed }, placement))
     }
@@ -274,8 +276,9 @@ impl<'a> PlannerBuilder<'a> {
             joints_len: context.constraints.robot.joints_len,
         };
         let waypoints_max = self.scenario.planner.waypoints_max as usize;
-        let reserve = self.scenario.planner.com_margin - self.scenario.checker.com_margin;
-        let timing = TimeParameterization::new(self.model, reserve);
+        let [planned, checked] =
+            [self.scenario.planner.com_margin, self.scenario.checker.com_margin];
+        let timing = TimeParameterization::new(self.model, planned, checked);
         let mut chunks = ChunkBuilder::new(waypoints_max, provenance, timing);
         let (plan_id, epoch) = self.plan_name;
         chunks.set_plan_id(plan_id, epoch);
@@ -324,7 +327,8 @@ fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> Fo
     let standard = FootPlacementConfig::for_soles(
         &robot.soles.each_ref().map(|sole| sole.polygon.clone()),
         scenario.planner.support_area_min,
-        scenario.checker.support_area_min,
+        &scenario.checker,
+        COM_MARGIN_RESERVE,
     );
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {
@@ -332,6 +336,7 @@ fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> Fo
         // Near placements come first, however small their support: the search weighs it
         // (docs/decisions/0010-foot-placement.md).
         support_area_inflation: 1.0,
+        centre_height: robot.centre_height,
         ..standard
     }
 }

@@ -1,6 +1,7 @@
 //! Splits a walk into plan chunks at waypoints, which are all statically stable, computes their
 //! times and finalizes them.
 
+use glam::DVec2;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
@@ -10,7 +11,8 @@ use crate::base::arena::zeroed;
 use crate::base::capacity::ArenaFull;
 use crate::base::threads::Threads;
 use crate::constraints::foothold::Foothold;
-use crate::plan::time_parameterization::{TimeParameterization, accumulate};
+use crate::geometry::convex_region::ConvexRegion;
+use crate::plan::time_parameterization::{Support, TimeParameterization, accumulate};
 use crate::robot::configuration::Configuration;
 use crate::timing::path_point::PathSpan;
 use crate::timing::stops::Stop;
@@ -316,9 +318,25 @@ fn write(
     chunk.interpolation = Interpolation::Linear as u64;
     write_waypoints(chunk, waypoints);
     let used = chunk.waypoints_len as usize;
-    let ground = chunk.contacts().iter().map(|contact| contact.position[2]).sum::<f64>()
-        / f64::from(chunk.contacts_len.max(1));
-    timing.set_intervals(&mut chunk.waypoints[..used], ground);
+    let support = support_of(chunk);
+    timing.set_intervals(&mut chunk.waypoints[..used], &support);
+}
+
+/// What carries the robot on a chunk's contacts.
+fn support_of(chunk: &PlanChunk) -> Support {
+    let contacts = chunk.contacts();
+    let heights = contacts.iter().map(|contact| contact.position[2]);
+    let vertices = contacts.iter().flat_map(|contact| {
+        let world_from_sole = contact.world_from_sole();
+        let polygon = &contact.polygon[..contact.polygon_len as usize];
+        polygon.iter().map(move |vertex| {
+            (world_from_sole * DVec2::from_array(*vertex).extend(0.0)).truncate()
+        })
+    });
+    Support {
+        height: heights.sum::<f64>() / contacts.len().max(1) as f64,
+        region: ConvexRegion::hull(vertices),
+    }
 }
 
 /// Writes what a zeroed chunk names beside its waypoints.

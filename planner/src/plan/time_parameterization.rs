@@ -16,18 +16,19 @@
 //! [`SPREAD_MAX`]. At last all times are stretched until joints that pass the waypoints with a
 //! continuous speed keep their limits.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
 use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::geometry::convex_region::ConvexRegion;
 use crate::kinematics::forward::Kinematics;
 use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
-    ACCELERATION_SHARE, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX, LIMIT_SHARE, ROOT_SPEED_MAX,
-    SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    ACCELERATION_SHARE, CENTRE_SHIFT_MIN, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX,
+    LIMIT_SHARE, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
 };
 use crate::robot::mechanism::LINKS_MAX;
 
@@ -44,6 +45,17 @@ pub struct TimeParameterization {
     kinematics: Kinematics,
     /// How far an acceleration may move the zero-moment point, m.
     zero_moment_shift_max: f64,
+    /// How far inside the support the checker requires the zero-moment point, m.
+    com_margin: f64,
+}
+
+/// What carries the robot in a chunk.
+#[derive(Debug)]
+pub struct Support {
+    /// The mean height of the feet, m.
+    pub height: f64,
+    /// The hull of the contacts, seen from above.
+    pub region: ConvexRegion,
 }
 
 /// Displacements within an interval, each over its largest acceleration, s2.
@@ -68,9 +80,10 @@ pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
 }
 
 impl TimeParameterization {
-    /// The limits of a robot whose zero-moment point may be `balance_reserve` (m) from its centre
-    /// of mass, seen from above.
-    pub fn new(model: &RobotModel, balance_reserve: f64) -> Self {
+    /// The limits of a robot whose centre of mass the planner keeps `planned` (m) inside the
+    /// support, where there is so much, and whose zero-moment point the checker requires `checked`
+    /// (m) inside it.
+    pub fn new(model: &RobotModel, planned: f64, checked: f64) -> Self {
         let limits = |limit: fn(&Joint) -> f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             limits.iter_mut().zip(&model.joints).for_each(|(slot, joint)| *slot = limit(joint));
@@ -80,14 +93,15 @@ impl TimeParameterization {
             speeds: limits(|joint| JOINT_SPEED_MAX.min(LIMIT_SHARE * joint.velocity)),
             accelerations: limits(|joint| ACCELERATION_SHARE * joint.acceleration),
             kinematics: Kinematics::new(model),
-            zero_moment_shift_max: CENTRE_SHIFT_SHARE * balance_reserve,
+            zero_moment_shift_max: CENTRE_SHIFT_SHARE * (planned - checked),
+            com_margin: checked,
         }
     }
 
     /// Sets the time of each of a chunk's waypoints to the interval since the waypoint before it,
-    /// s; 0 at the first. The feet stand at `ground` (m).
-    pub fn set_intervals(&self, waypoints: &mut [Waypoint], ground: f64) {
-        let intervals = self.intervals(waypoints, ground);
+    /// s; 0 at the first.
+    pub fn set_intervals(&self, waypoints: &mut [Waypoint], support: &Support) {
+        let intervals = self.intervals(waypoints, support);
         let time_scale = self.time_scale(waypoints, &intervals);
         for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
             waypoint.time = time_scale * interval;
@@ -105,21 +119,15 @@ impl TimeParameterization {
     }
 
     /// The time from each waypoint to the next, s.
-    fn intervals(&self, waypoints: &[Waypoint], ground: f64) -> [f64; INTERVALS_MAX] {
+    fn intervals(&self, waypoints: &[Waypoint], support: &Support) -> [f64; INTERVALS_MAX] {
         let mut displacements = [Displacements::NONE; INTERVALS_MAX];
         let (mut shortest, mut times) = ([0.0; INTERVALS_MAX], [0.0; INTERVALS_MAX]);
-        let mut links = [Pose::IDENTITY; LINKS_MAX];
-        let mut centre = |waypoint: &Waypoint| {
-            self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, &mut links);
-            self.kinematics.center_of_mass(&links)
-        };
+        let centres = self.centres(waypoints);
+        let acceleration = self.centre_acceleration(&centres[..waypoints.len()], support);
         for (index, pair) in waypoints.windows(2).enumerate() {
-            let centres = [centre(&pair[0]), centre(&pair[1])];
-            let height = (centres[0].z.max(centres[1].z) - ground).max(0.0);
-            let acceleration = GRAVITY * self.zero_moment_shift_max / height;
             displacements[index] = Displacements {
                 joints: self.displacements(pair),
-                centre: (centres[1] - centres[0]).truncate() / acceleration,
+                centre: (centres[index + 1] - centres[index]).truncate() / acceleration,
             };
             shortest[index] = self.shortest(pair);
             times[index] = shortest[index].max(rest_to_rest(&displacements[index]));
@@ -133,6 +141,30 @@ impl TimeParameterization {
             }
         }
         times
+    }
+
+    /// The centre of mass at each waypoint.
+    fn centres(&self, waypoints: &[Waypoint]) -> [DVec3; CHUNK_WAYPOINTS_MAX] {
+        let mut links = [Pose::IDENTITY; LINKS_MAX];
+        let mut centres = [DVec3::ZERO; CHUNK_WAYPOINTS_MAX];
+        for (centre, waypoint) in centres.iter_mut().zip(waypoints) {
+            self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, &mut links);
+            *centre = self.kinematics.center_of_mass(&links);
+        }
+        centres
+    }
+
+    /// The acceleration that moves the zero-moment point no further than the smallest margin of the
+    /// centres of mass allows, m/s2.
+    fn centre_acceleration(&self, centres: &[DVec3], support: &Support) -> f64 {
+        let (mut margin, mut height) = (f64::INFINITY, 0.0f64);
+        for centre in centres {
+            margin = margin.min(support.region.margin(centre.truncate()));
+            height = height.max(centre.z - support.height);
+        }
+        let spare = CENTRE_SHIFT_SHARE * (margin - self.com_margin);
+        let shift = spare.min(self.zero_moment_shift_max).max(CENTRE_SHIFT_MIN);
+        GRAVITY * shift / height
     }
 
     /// The displacement of each joint in units of its largest acceleration, s2.
@@ -223,7 +255,14 @@ mod tests {
             accelerations: [LIMIT; JOINTS_MAX],
             kinematics: Kinematics::new(&model),
             zero_moment_shift_max: f64::INFINITY,
+            com_margin: 0.0,
         }
+    }
+
+    /// A square of 20 m on the ground, `depth` (m) below the world's origin.
+    fn support(depth: f64) -> Support {
+        let corners = [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)];
+        Support { height: -depth, region: ConvexRegion::hull(corners.map(DVec2::from)) }
     }
 
     /// Waypoints of one joint.
@@ -238,7 +277,7 @@ mod tests {
 
     fn timed(positions: &[f64]) -> Vec<Waypoint> {
         let mut waypoints = along(positions);
-        timing().set_intervals(&mut waypoints, 0.0);
+        timing().set_intervals(&mut waypoints, &support(1.0));
         let end = accumulate(&mut waypoints, 2.0);
         assert_eq!((waypoints[0].time, waypoints.last().unwrap().time), (2.0, end));
         waypoints
@@ -319,7 +358,7 @@ mod tests {
         let mut links = [Pose::IDENTITY; LINKS_MAX];
         timing.kinematics.forward(&Pose::IDENTITY, &[0.0; JOINTS_MAX], &mut links);
         let height = timing.kinematics.center_of_mass(&links).z;
-        timing.set_intervals(&mut waypoints, height - 1.0);
+        timing.set_intervals(&mut waypoints, &support(1.0 - height));
         let acceleration_max = GRAVITY * shift;
         let speed = |pair: &[Waypoint]| {
             let [a, b] = [0, 1].map(|end| DVec2::from_slice(&pair[end].root_position));

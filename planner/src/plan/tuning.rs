@@ -13,9 +13,11 @@ pub(crate) const LIMIT_SHARE: f64 = 0.95;
 /// the time of both intervals beside it. A joint that keeps to the waypoints with a continuous
 /// speed needs up to twice as much.
 pub(crate) const ACCELERATION_SHARE: f64 = 0.5 * LIMIT_SHARE;
-/// The share of the balance reserve, the planner's `com_margin` beyond the checker's, by which
-/// accelerations may move the zero-moment point. The rest covers what a change of mode adds.
-pub(crate) const CENTRE_SHIFT_SHARE: f64 = 0.9;
+/// The share of the margin that a chunk has beyond the checker's, by which accelerations may move
+/// the zero-moment point. The rest covers contacts that friction makes smaller than their hull.
+pub(crate) const CENTRE_SHIFT_SHARE: f64 = 0.8;
+/// The smallest such shift, m, where there is hardly any margin: a motion has to end.
+pub(crate) const CENTRE_SHIFT_MIN: f64 = 5e-4;
 /// A change of the speed of the centre of mass at a waypoint counts as spread over at most this
 /// time, s.
 pub(crate) const SPREAD_MAX: f64 = 0.2;

@@ -245,7 +245,7 @@ pub static PARAMETERS: [Parameter; 28] = [
         effect: "Smallest distance of the centre of mass from the edge of the equilibrium region.",
         range: reals(Included(0.0), Excluded(NUMBER_MAX)),
         relation: "below planner.com_margin",
-        source: "docs/CHECKER.md lists the value without a reason",
+        source: "ours: half of the sway of a robot with compliant joints",
         value: |_, checker, _| Value::Real(checker.com_margin),
     },
     Parameter {
@@ -254,7 +254,7 @@ pub static PARAMETERS: [Parameter; 28] = [
         effect: "Largest share of a joint's effort limit in use.",
         range: reals(Excluded(0.0), Included(1.0)),
         relation: "above planner.effort_share",
-        source: "docs/CHECKER.md lists the value without a reason",
+        source: "ours: a twentieth is reserved for errors of the robot's masses",
         value: |_, checker, _| Value::Real(checker.effort_share),
     },
     Parameter {
