@@ -30,7 +30,7 @@ except ImportError as error:
 # Simulation step, s.
 STEP = 0.001
 # Proportional gain of a joint over its effort limit, 1/rad, and derivative gain over that, s.
-STIFFNESS, DAMPING = 50.0, 0.03
+STIFFNESS, DAMPING = 10.0, 0.1
 # Reflected inertia of the motors, kg m2.
 ARMATURE = 0.02
 # Time to settle before the plan, and to stand after it, s.
@@ -290,7 +290,6 @@ class Replay:
         first = plan["waypoints"][0]
         robot.body(world, robot.root, first["root_xyz"], wxyz(first["root_quat_xyzw"]))
         friction = plan["scene"]["mu"] * vary(0.8, 1.0)
-        # Soles have no friction of their own: the larger one of a pair counts.
         for geom in world.iter("geom"):
             geom.set("friction", f"{friction:.6g} 0.005 0.0001")
         add_world(top, plan, folder, friction)
