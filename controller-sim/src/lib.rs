@@ -23,6 +23,8 @@ pub use chunk::Identity;
 pub use execution::disturbance::Disturbance;
 pub use execution::executor::ChunkExecutor;
 pub use execution::ground_truth::{GroundTruth, missing_contact};
+pub use execution::late_walk::{LateWalk, walk_late};
+pub use execution::plan_clock::{Pace, PlanClock, PlanInstant};
 pub use plan::plan_check::{PlanReport, check_plan, check_plan_in};
 pub use plan::problem::Problem;
 pub use statics::CheckerError;

@@ -6,7 +6,8 @@ mod check_robot;
 
 use check_robot::*;
 use surefoot_controller_sim::{
-    Checker, ChunkExecutor, Course, Identity, MotionSegment, Stop, Violation,
+    Checker, ChunkExecutor, Course, Identity, MotionSegment, Pace, PlanClock, Stop, Violation,
+    walk_late,
 };
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::digest::Digest;
@@ -289,4 +290,58 @@ fn stops_across_chunks_are_checked() {
     executor.check_and_execute(&first).unwrap();
     let second = chunk(Some(&first), &motion[3..], NO_STOP);
     refused(executor.check_and_execute(&second), Check::ZeroMoment, "too fast");
+}
+
+#[test]
+fn a_robot_whose_next_chunk_is_late_brakes_stands_and_goes_on() {
+    let [first, second] = halves();
+    let mut clock = PlanClock::new(0.0);
+    clock.advance(1.0);
+    assert_eq!((clock.now().time, clock.now().rate), (0.0, 0.0));
+    clock.accept(&first);
+    // At full speed after nothing, at 0.2 s the robot brakes for 0.6 s and stands at 0.5 s.
+    clock.advance(0.1);
+    assert_eq!((clock.now().time, clock.now().rate), (0.1, 1.0));
+    clock.advance(0.4);
+    let now = clock.now();
+    assert!((now.rate - 0.5).abs() < 1e-9 && now.rate_change < 0.0, "{now:?}");
+    clock.advance(5.0);
+    assert_eq!((clock.now().time, clock.now().rate), (0.5, 0.0));
+    assert!(matches!(clock.pace(), Pace::Standing(_)) && !clock.is_finished());
+    clock.accept(&second);
+    clock.advance(0.3);
+    assert!((clock.now().rate - 0.5).abs() < 1e-9, "{:?}", clock.now());
+    clock.advance(0.3);
+    assert!((clock.now().time - 0.8).abs() < 1e-9, "{:?}", clock.now());
+    clock.advance(0.3);
+    assert!(clock.is_finished());
+    assert_eq!((clock.now().time, clock.now().rate), (1.0, 0.0));
+}
+
+#[test]
+fn a_robot_whose_chunks_are_in_time_does_not_brake() {
+    let mut clock = PlanClock::new(0.0);
+    halves().iter().for_each(|chunk| clock.accept(chunk));
+    clock.advance(0.75);
+    assert_eq!(clock.now().rate, 1.0);
+    assert!((clock.now().time - 0.75).abs() < 1e-12);
+}
+
+#[test]
+fn every_instant_of_walks_with_late_chunks_passes_the_dynamic_checks() {
+    let chunks = halves().map(|chunk| *chunk);
+    let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
+    let (mut brakes, mut late) = (0, 0);
+    for seed in 0..40 {
+        let walk = walk_late(&mut checker, &chunks, seed).unwrap();
+        assert!(walk.is_finished && walk.brakes == walk.resumptions, "{walk:?}");
+        (brakes, late) = (brakes + walk.brakes, late + walk.late);
+    }
+    assert!(brakes >= 3 && late >= 3, "{brakes} {late}");
+    // A stop that is too short is noticed where it takes place.
+    let mut hasty = chunks;
+    (hasty[0].brake_at, hasty[0].brake_duration) = (0.45, 0.03);
+    let refused = (0..40).filter_map(|seed| walk_late(&mut checker, &hasty, seed).err());
+    let (at, violation) = refused.into_iter().next().unwrap();
+    assert!((0.44..0.5).contains(&at), "{at}: {violation}");
 }

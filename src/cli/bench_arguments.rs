@@ -38,6 +38,8 @@ pub enum BenchCommand {
     Footholds(FootholdsArguments),
     /// Random goals near the start on a bare floor: success, steps, work and time
     Goals(GoalsArguments),
+    /// Smooth walks whose chunks come late at random: each brakes, stands and goes on
+    Late(LateArguments),
 }
 
 /// `surefoot bench thesis`.
@@ -242,6 +244,25 @@ pub struct ThreadsArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub scenarios: ScenarioArguments,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench late`.
+#[derive(Debug, Args)]
+pub struct LateArguments {
+    /// The scenario
+    #[arg(value_name = "SCENARIO", default_value = "configs/scenarios/flat_walk.toml")]
+    pub scenario: PathBuf,
+    /// Walks, with the seeds 1, 2, 3 and so on
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 100,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub walks: u64,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

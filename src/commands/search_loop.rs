@@ -6,6 +6,7 @@ use surefoot_planner::{Outcome, Planner, Status};
 use crate::report::command_error::CommandError;
 use crate::report::event::{Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress};
 use crate::report::liveness;
+use crate::report::walk_facts::WalkFacts;
 use crate::system::clock::Stopwatch;
 use crate::system::{allocations, signals};
 
@@ -105,6 +106,7 @@ fn planned(
         steps: planner.steps(),
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
+        walk: found.then(|| WalkFacts::of_chunks(planner.chunks())),
     }
 }
 

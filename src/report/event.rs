@@ -9,6 +9,7 @@ use surefoot_planner::channel::plan_publisher::Delivery;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 
 use crate::report::margins::WorstMargins;
+use crate::report::walk_facts::WalkFacts;
 
 /// An event that a role process reports.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -123,6 +124,9 @@ pub struct Planned {
     pub waypoints: u64,
     /// Chunks of the plan.
     pub chunks: u64,
+    /// The plan as a walk, if there is one.
+    #[serde(default)]
+    pub walk: Option<WalkFacts>,
 }
 
 /// The diagnosis of a search without a plan.

@@ -9,3 +9,4 @@ pub mod reporter;
 pub mod role;
 pub mod run_report;
 pub mod summary;
+pub mod walk_facts;

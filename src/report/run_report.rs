@@ -7,6 +7,7 @@ use crate::report::event::{
     CheckSummary, Delivered, DeliveryResult, Diagnosis, PlanResult, Planned, Refusal, RoleEvent,
 };
 use crate::report::margins::WorstMargins;
+use crate::report::walk_facts::WalkFacts;
 
 /// The report of a run, written by `--json`. Values that a run did not reach are null or 0.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -51,6 +52,8 @@ pub struct Report {
     pub steps: u64,
     /// Waypoints of the plan.
     pub waypoints: u64,
+    /// The plan as a walk; of a replanned walk, its last plan.
+    pub walk: Option<WalkFacts>,
     /// Size of the planner's arenas.
     pub arena_bytes: u64,
     /// Heap allocations of the planner process during the search.
@@ -201,6 +204,7 @@ impl Report {
         self.primitives = planned.primitives;
         self.steps = planned.steps;
         self.waypoints = planned.waypoints;
+        self.walk = planned.walk;
         self.allocations_after_ready = planned.allocations;
     }
 
@@ -270,6 +274,7 @@ mod tests {
             steps: 3,
             waypoints: 4,
             chunks: 9,
+            walk: None,
         })
     }
 

@@ -21,6 +21,9 @@ pub fn text(report: &Report) -> String {
     let mut line = |name: &str, content: String| add(&mut text, name, &content);
     if report.has_plan() {
         line("plan", format!("{} steps, {} waypoints", report.steps, report.waypoints));
+        if let Some(walk) = &report.walk {
+            line("walk", walk.describe());
+        }
     }
     if report.has_plan() {
         line(
@@ -67,6 +70,9 @@ pub fn search_summary(name: &str, planned: &Planned) -> String {
                 planned.steps, planned.waypoints, planned.chunks
             ),
         );
+        if let Some(walk) = &planned.walk {
+            add(&mut text, "walk", &walk.describe());
+        }
     }
     explain(planned.diagnosis.as_deref(), &mut |name, content| add(&mut text, name, &content));
     add(

@@ -149,7 +149,27 @@ impl Checker {
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
         let MotionSegment { contacts, waypoints, course, .. } = *segment;
-        let instants = course.stop_instants(waypoints);
+        self.check_instants(contacts, course.stop_instants(waypoints), heartbeat)
+    }
+
+    /// The checks of a smooth motion at one instant.
+    ///
+    /// # Errors
+    /// The first violation.
+    pub fn check_instant(
+        &mut self,
+        contacts: &[Contact],
+        instant: &Waypoint,
+    ) -> Result<Margins, Violation> {
+        self.check_instants(contacts, vec![(0, *instant)], &mut || {})
+    }
+
+    fn check_instants(
+        &mut self,
+        contacts: &[Contact],
+        instants: Vec<(usize, Waypoint)>,
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
         let mut report = SegmentReport::UNMEASURED;
         if instants.is_empty() {
             return Ok(report.margins);
@@ -157,7 +177,7 @@ impl Checker {
         let stops: Vec<Waypoint> = instants.iter().map(|(_, instant)| *instant).collect();
         let SoleSupports(supports) = self.sole_supports(contacts, &stops);
         let (received, motion, stance_feet) = (Vec::new(), SampledMotion::EMPTY, Vec::new());
-        let waypoints = waypoints.into();
+        let waypoints = Vec::new().into();
         let case = Case { contacts, supports, waypoints, received, instants, motion, stance_feet };
         for check in PhysicalCheck::OF_INSTANTS {
             heartbeat();

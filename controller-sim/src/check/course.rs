@@ -105,17 +105,18 @@ impl Stop {
 }
 
 /// Plan time during a ramp.
-struct PlanRate {
+pub(crate) struct PlanRate {
     /// Plan time since the beginning of the ramp, s.
-    elapsed: f64,
-    rate: f64,
+    pub(crate) elapsed: f64,
+    /// Seconds of the plan a second.
+    pub(crate) rate: f64,
     /// The change of the rate, 1/s.
-    change: f64,
+    pub(crate) change: f64,
 }
 
 impl PlanRate {
     /// After a share of a ramp of `seconds` s, down from 1 or up from 0.
-    fn of_ramp(share: f64, seconds: f64, brakes: bool) -> Self {
+    pub(crate) fn of_ramp(share: f64, seconds: f64, brakes: bool) -> Self {
         let [u2, u3] = [share.powi(2), share.powi(3)];
         let rise = 10.0 * u3 - 15.0 * u3 * share + 6.0 * u3 * u2;
         let area = 2.5 * u2 * u2 - 3.0 * u2 * u3 + u3 * u3;
@@ -129,7 +130,7 @@ impl PlanRate {
 }
 
 /// The planned motion at a time within that of `waypoints`, and the index of the waypoint before.
-fn planned_at(waypoints: &[Waypoint], time: f64) -> Option<(usize, Waypoint)> {
+pub(crate) fn planned_at(waypoints: &[Waypoint], time: f64) -> Option<(usize, Waypoint)> {
     let next = waypoints.partition_point(|waypoint| waypoint.time <= time);
     let before = next.checked_sub(1)?.min(waypoints.len().checked_sub(2)?);
     let last = &waypoints[before + 1];
@@ -138,7 +139,7 @@ fn planned_at(waypoints: &[Waypoint], time: f64) -> Option<(usize, Waypoint)> {
 }
 
 /// The motion if plan time passes at `rate`, which changes by `change` a second.
-fn at_rate(mut waypoint: Waypoint, rate: f64, change: f64) -> Waypoint {
+pub(crate) fn at_rate(mut waypoint: Waypoint, rate: f64, change: f64) -> Waypoint {
     let root = waypoint.root_acceleration.iter_mut().zip(&mut waypoint.root_velocity);
     let joints = waypoint.joint_acceleration.iter_mut().zip(&mut waypoint.joint_velocity);
     for (acceleration, velocity) in root.chain(joints) {

@@ -3,6 +3,8 @@
 pub mod disturbance;
 pub mod executor;
 pub mod ground_truth;
+pub mod late_walk;
+pub mod plan_clock;
 pub mod recent_chunks;
 pub mod simulation;
 pub(crate) mod tuning;

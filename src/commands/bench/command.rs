@@ -5,6 +5,7 @@ use crate::cli::bench_arguments::{BenchArguments, BenchCommand};
 use crate::commands::bench::footholds::footholds_bench;
 use crate::commands::bench::goals;
 use crate::commands::bench::ipc;
+use crate::commands::bench::late;
 use crate::commands::bench::lower_bound;
 use crate::commands::bench::replan::replan_bench;
 use crate::commands::bench::scale::scale_bench;
@@ -31,5 +32,6 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Soak(arguments) => soak_bench::run(arguments),
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
         BenchCommand::Goals(arguments) => goals::run(arguments),
+        BenchCommand::Late(arguments) => late::run(arguments),
     }
 }

@@ -5,6 +5,7 @@ pub mod footholds;
 pub mod goals;
 pub mod ipc;
 pub mod journal;
+pub mod late;
 pub mod lower_bound;
 pub mod machine;
 pub mod pieces;

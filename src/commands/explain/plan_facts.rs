@@ -9,6 +9,7 @@ use surefoot_shared_types::plan_format::blocks::{PhaseBlock, PlanFile, PoseBlock
 
 use crate::report::command_error::CommandError;
 use crate::report::margins::with_unit;
+use crate::report::walk_facts::{WalkFacts, add_place};
 
 /// Where a foot stands.
 #[derive(Debug, Clone, Copy)]
@@ -56,26 +57,17 @@ pub(super) fn lines(plan: &PlanFile, path: &Path) -> Result<Vec<String>, Command
 /// Duration, distance and pace.
 fn walk(plan: &PlanFile) -> String {
     let time = |index: usize| plan.waypoints.get(index).map_or(0.0, |waypoint| waypoint.t);
-    let duration = time(plan.waypoints.len().saturating_sub(1)) - time(0);
-    let ends = plan.waypoints.first().zip(plan.waypoints.last());
-    let distance = ends.map_or(0.0, |(first, last)| {
-        DVec3::from(first.root_xyz).truncate().distance(DVec3::from(last.root_xyz).truncate())
-    });
-    let single = plan.phases.iter().filter(|phase| phase.mode != "double").count();
-    let double: f64 = plan
-        .phases
-        .iter()
-        .filter(|phase| phase.mode == "double")
-        .map(|phase| time(phase.last) - time(phase.first))
-        .sum();
-    let share = |part: f64, whole: f64| if whole > 0.0 { part / whole } else { 0.0 };
-    format!(
-        "{single} steps in {duration:.1} s over {distance:.2} m, straight from start to end: \
-         {:.3} m/s, {:.2} s a step, on both feet for {:.0} % of the time",
-        share(distance, duration),
-        share(duration, single as f64),
-        100.0 * share(double, duration)
-    )
+    let root = plan.waypoints.iter().map(|waypoint| (waypoint.t, waypoint.root_xyz.into()));
+    let mut feet = [Vec::new(), Vec::new()];
+    for contact in plan.phases.iter().flat_map(|phase| &phase.contacts) {
+        let foot = usize::from(contact.foot == "right");
+        add_place(&mut feet[foot], contact.sole_pose.xyz.into());
+    }
+    let facts = WalkFacts::new(root, feet);
+    let double = plan.phases.iter().filter(|phase| phase.mode == "double");
+    let double: f64 = double.map(|phase| time(phase.last) - time(phase.first)).sum();
+    let share = if facts.seconds > 0.0 { double / facts.seconds } else { 0.0 };
+    format!("{}, on both feet for {:.0} % of the time", facts.describe(), 100.0 * share)
 }
 
 /// The steps in their order.

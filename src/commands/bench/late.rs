@@ -1,0 +1,113 @@
+//! `surefoot bench late`: a smooth plan is walked again and again while its chunks come late at
+//! random. Each walk must brake along its path, stand, go on and arrive, and every instant must pass
+//! the dynamic checks.
+
+use serde::Serialize;
+use surefoot_controller_sim::{Checker, walk_late};
+use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_shared_types::config::MotionKind;
+use surefoot_shared_types::message::PlanChunk;
+
+use crate::cli::bench_arguments::LateArguments;
+use crate::input::inputs::{Inputs, Overrides};
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::{signals, terminal};
+
+/// Work units between two checks for a signal.
+const WORK_PER_STEP: u64 = 20_000;
+
+/// Everything that is reported.
+#[derive(Debug, Default, Serialize)]
+struct LateReport {
+    schema: &'static str,
+    scenario: String,
+    chunks: usize,
+    walks: u64,
+    /// Walks that arrived at the goal.
+    finished: u64,
+    /// Walks in which the robot braked at least once.
+    braked: u64,
+    /// Chunks that came late, in all walks.
+    late: u64,
+    /// How often a robot began to brake, and how often it stood and went on.
+    brakes: u64,
+    resumptions: u64,
+    /// Instants checked.
+    instants: u64,
+    /// The first violation of each walk that has one.
+    violations: Vec<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the scenario cannot be used, or a signal comes.
+pub fn run(arguments: &LateArguments) -> Result<CommandOutcome, CommandError> {
+    let overrides = Overrides { motion: Some(MotionKind::Smooth), ..Overrides::default() };
+    let inputs = Inputs::load(&arguments.scenario, overrides)?;
+    let Some(chunks) = planned(&inputs)? else { return Ok(CommandOutcome::NoPlan) };
+    let Inputs { model, world, scenario, .. } = &inputs;
+    let mut checker = Checker::new(model.clone(), world.clone(), scenario.checker.clone())
+        .map_err(|error| CommandError::Usage(error.to_string()))?;
+    let mut report = LateReport {
+        schema: "surefoot-bench-late/1",
+        scenario: scenario.name.clone(),
+        chunks: chunks.len(),
+        ..LateReport::default()
+    };
+    for seed in 1..=arguments.walks {
+        if let Some(signal) = signals::raised() {
+            return Err(CommandError::Interrupted(signal));
+        }
+        report.add(seed, &mut checker, &chunks);
+    }
+    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
+    terminal::print_result(&if arguments.json { json() } else { report.text() });
+    let is_right = report.finished == report.walks;
+    Ok(if is_right { CommandOutcome::Done } else { CommandOutcome::Refused })
+}
+
+/// The chunks of a plan, if there is one.
+fn planned(inputs: &Inputs) -> Result<Option<Vec<PlanChunk>>, CommandError> {
+    let preparation = inputs.preparation(false)?;
+    let Inputs { model, world, scenario, .. } = inputs;
+    let mut planner = Planner::builder(model, world, scenario, preparation).build()?;
+    loop {
+        if let Status::Done(outcome) = planner.step(WORK_PER_STEP) {
+            return Ok((outcome == Outcome::Found).then(|| planner.chunks().to_vec()));
+        }
+        if let Some(signal) = signals::raised() {
+            return Err(CommandError::Interrupted(signal));
+        }
+    }
+}
+
+impl LateReport {
+    fn add(&mut self, seed: u64, checker: &mut Checker, chunks: &[PlanChunk]) {
+        self.walks += 1;
+        match walk_late(checker, chunks, seed) {
+            Ok(walk) => {
+                self.finished += u64::from(walk.is_finished);
+                self.braked += u64::from(walk.brakes > 0);
+                self.late += walk.late;
+                self.brakes += walk.brakes;
+                self.resumptions += walk.resumptions;
+                self.instants += walk.instants;
+            }
+            Err((time, violation)) => {
+                self.violations.push(format!("seed {seed}, at {time:.3} s: {violation}"));
+            }
+        }
+    }
+
+    fn text(&self) -> String {
+        let Self { scenario, walks, chunks, finished, braked, .. } = self;
+        let mut text = format!(
+            "{scenario}: {finished} of {walks} walks of {chunks} chunks arrived, {braked} of them \
+             braked; {} late chunks, {} stops, {} resumptions, {} instants checked",
+            self.late, self.brakes, self.resumptions, self.instants
+        );
+        self.violations.iter().for_each(|violation| text += &format!("\n{violation}"));
+        text
+    }
+}

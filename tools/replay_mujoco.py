@@ -1,0 +1,384 @@
+#!/usr/bin/env python3
+"""Replays exported plans in MuJoCo: does the robot stand at the plan's own times?
+
+usage: replay_mujoco.py PLAN.json [PLAN.json ...] [--disturb SEED]
+
+The base is free. Each joint follows the plan by a PD controller with the plan's feed-forward
+torque, within the effort limits. The soles are boxes around the plan's sole polygons, with the
+friction of the plan's world; no other link touches anything. Nothing holds the base, and time is
+not slowed down. With --disturb masses vary by 5 %, friction by 20 %, commands come up to 4 ms late.
+
+exit: 0 all stand, 1 one falls, 2 a plan cannot be replayed. Needs `pip install mujoco`.
+"""
+
+import argparse
+import json
+import math
+import random
+import struct
+import sys
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+try:
+    import mujoco
+    import numpy as np
+except ImportError as error:
+    print(f"cannot replay: {error}; pip install mujoco", file=sys.stderr)
+    sys.exit(2)
+
+# Simulation step, s.
+STEP = 0.001
+# Proportional gain of a joint over its effort limit, 1/rad, and derivative gain over that, s.
+STIFFNESS, DAMPING = 10.0, 0.1
+# Reflected inertia of the motors, kg m2.
+ARMATURE = 0.02
+# Time to settle before the plan, and to stand after it, s.
+SETTLE, HOLD = 0.5, 1.0
+# A robot whose root is this far from the plan (m), or tilted this far (rad), falls.
+FALL_DISTANCE, FALL_TILT = 0.25, 0.7
+# Half of the height of a sole's box, m. Triangles of world meshes are this thick.
+SOLE_HALF, SLAB = 0.01, 0.03
+
+
+class Unusable(Exception):
+    """The plan cannot be replayed."""
+
+
+def numbers(values):
+    return " ".join(f"{value:.12g}" for value in values)
+
+
+def wxyz(quaternion):
+    return [quaternion[3], *quaternion[:3]]
+
+
+def rotation(quaternion_xyzw):
+    x, y, z, w = np.asarray(quaternion_xyzw) / np.linalg.norm(quaternion_xyzw)
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ])
+
+
+def rpy_matrix(roll, pitch, yaw):
+    (cr, sr), (cp, sp), (cy, sy) = [(math.cos(a), math.sin(a)) for a in (roll, pitch, yaw)]
+    return np.array([
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ])
+
+
+def quaternion_of(matrix):
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, matrix.flatten())
+    return quaternion
+
+
+def origin_of(element):
+    origin = element.find("origin") if element is not None else None
+    read = lambda name: [float(v) for v in (origin.get(name) or "0 0 0").split()]
+    if origin is None:
+        return np.zeros(3), np.eye(3)
+    return np.array(read("xyz")), rpy_matrix(*read("rpy"))
+
+
+class Robot:
+    """The links and joints of a URDF, as MJCF."""
+
+    def __init__(self, plan, folder, vary):
+        self.block = plan["robot"]
+        path = folder / self.block["urdf"]
+        try:
+            urdf = xml.parse(path).getroot()
+        except (OSError, xml.ParseError) as error:
+            raise Unusable(f"{path}: {error}") from error
+        self.links = {link.get("name"): link for link in urdf.findall("link")}
+        self.joints = urdf.findall("joint")
+        self.vary = vary
+        children = {joint.find("child").get("link") for joint in self.joints}
+        self.root = next(name for name in self.links if name not in children)
+        self.moving = set(plan["joint_names"])
+        self.limits = {}
+        scale = self.block.get("effort_scale", 1.0)
+        for joint in self.joints:
+            limit = joint.find("limit")
+            effort = float(limit.get("effort", 0)) if limit is not None else 0.0
+            effort = min(effort, self.block.get("effort_limits", {}).get(joint.get("name"), effort))
+            self.limits[joint.get("name")] = scale * effort
+
+    def body(self, parent, name, xyz, quaternion):
+        body = xml.SubElement(parent, "body", name=name, pos=numbers(xyz), quat=numbers(quaternion))
+        if name == self.root:
+            xml.SubElement(body, "freejoint", name="root")
+        self.add_inertia(body, self.links[name].find("inertial"))
+        for side, foot in self.block["feet"].items():
+            if foot["link"] == name:
+                self.add_sole(body, side, foot)
+        for joint in self.joints:
+            if joint.find("parent").get("link") == name:
+                self.add_joint(body, joint)
+
+    def add_joint(self, body, joint):
+        name, kind = joint.get("name"), joint.get("type")
+        xyz, turn = origin_of(joint)
+        axis = joint.find("axis")
+        axis = [float(v) for v in axis.get("xyz").split()] if axis is not None else [1.0, 0.0, 0.0]
+        moves = name in self.moving
+        if kind != "fixed" and not moves:
+            at = self.block.get("locked_joints", {}).get(name, 0.0)
+            if kind == "prismatic":
+                xyz = xyz + turn @ (at * np.array(axis))
+            else:
+                quaternion = np.zeros(4)
+                mujoco.mju_axisAngle2Quat(quaternion, np.array(axis), at)
+                turn = turn @ rotation([*quaternion[1:], quaternion[0]])
+        child = joint.find("child").get("link")
+        self.body(body, child, xyz, quaternion_of(turn))
+        if moves:
+            inner = body.findall("body")[-1]
+            gain = DAMPING * STIFFNESS * self.limits[name]
+            moved = xml.Element(
+                "joint", name=name, axis=numbers(axis), damping=f"{gain:.9g}",
+                type="slide" if kind == "prismatic" else "hinge", armature=str(ARMATURE))
+            inner.insert(0, moved)
+
+    def add_inertia(self, body, inertial):
+        if inertial is None or float(inertial.find("mass").get("value")) <= 0.0:
+            return
+        xyz, turn = origin_of(inertial)
+        values = inertial.find("inertia")
+        xx, xy, xz, yy, yz, zz = [
+            float(values.get(name)) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
+        factor = self.vary(0.95, 1.05)
+        inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T * factor
+        ordered = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        mass = factor * float(inertial.find("mass").get("value"))
+        xml.SubElement(body, "inertial", pos=numbers(xyz), mass=f"{mass:.12g}",
+                       fullinertia=numbers(ordered))
+
+    def add_sole(self, body, side, foot):
+        pose, polygon = foot["sole_pose"], np.array(foot["polygon"])
+        low, high = polygon.min(axis=0), polygon.max(axis=0)
+        turn = rotation(pose["quat_xyzw"])
+        centre = np.array([*(0.5 * (low + high)), SOLE_HALF])
+        xml.SubElement(
+            body, "geom", name=f"{side}_sole", type="box", contype="1", conaffinity="2",
+            pos=numbers(np.array(pose["xyz"]) + turn @ centre), mass="0",
+            quat=numbers(quaternion_of(turn)), size=numbers([*(0.5 * (high - low)), SOLE_HALF]))
+        xml.SubElement(body, "site", name=f"{side}_frame", pos=numbers(pose["xyz"]),
+                       quat=numbers(wxyz(pose["quat_xyzw"])))
+
+
+def triangles_of(path):
+    """The triangles of an STL or OBJ file."""
+    data = path.read_bytes()
+    if path.suffix.lower() == ".obj":
+        points, faces = [], []
+        for words in (line.split() for line in data.decode(errors="replace").splitlines()):
+            if words[:1] == ["v"]:
+                points.append([float(v) for v in words[1:4]])
+            elif words[:1] == ["f"]:
+                index = [int(word.split("/")[0]) for word in words[1:]]
+                index = [i - 1 if i > 0 else len(points) + i for i in index]
+                faces += [[index[0], index[k], index[k + 1]] for k in range(1, len(index) - 1)]
+        return np.array(points)[np.array(faces)]
+    if path.suffix.lower() != ".stl":
+        raise Unusable(f"{path}: only STL and OBJ meshes can be replayed")
+    count = struct.unpack_from("<I", data, 80)[0] if len(data) >= 84 else 0
+    if len(data) == 84 + 50 * count:
+        rows = np.frombuffer(data, dtype=np.dtype("<f4,(3,3)<f4,<u2"), offset=84)
+        return np.array([row[1] for row in rows], dtype=float)
+    words = data.decode(errors="replace").split()
+    at = [i for i, word in enumerate(words) if word == "vertex"]
+    return np.array([[float(v) for v in words[i + 1:i + 4]] for i in at]).reshape(-1, 3, 3)
+
+
+def add_world(top, plan, folder, friction):
+    assets, world = xml.SubElement(top, "asset"), top.find("worldbody")
+    common = {"contype": "2", "conaffinity": "1", "friction": f"{friction:.6g} 0.005 0.0001"}
+
+    def hull(points, placed):
+        name = f"hull{len(assets)}"
+        xml.SubElement(assets, "mesh", name=name, vertex=numbers(np.asarray(points).flatten()))
+        # MuJoCo moves a mesh to its centre, and its geom with it.
+        xml.SubElement(world, "geom", type="mesh", mesh=name, **placed, **common)
+
+    for entry in plan["scene"]["shapes"]:
+        shape, pose = entry["shape"], entry["pose"]
+        placed = {"pos": numbers(pose["xyz"]), "quat": numbers(wxyz(pose["quat_xyzw"]))}
+        kind = shape["type"]
+        sizes = {
+            "box": lambda: shape["half_extents"],
+            "sphere": lambda: [shape["radius"]],
+            "cylinder": lambda: [shape["radius"], 0.5 * shape["length"]],
+            "capsule": lambda: [shape["radius"], 0.5 * shape["length"]],
+        }
+        if kind in sizes:
+            xml.SubElement(world, "geom", type=kind, size=numbers(sizes[kind]()), **placed, **common)
+        elif kind == "convex" and "points" in shape:
+            hull(shape["points"], placed)
+        else:
+            scale = np.ones(3) * np.array(shape.get("scale", 1.0))
+            triangles = triangles_of(folder / shape["path"]) * scale
+            if kind == "convex":
+                hull(triangles.reshape(-1, 3), placed)
+                continue
+            for triangle in triangles:
+                normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
+                length = np.linalg.norm(normal)
+                if length > 1e-9:
+                    hull([*triangle, *(triangle - SLAB * normal / length)], placed)
+
+
+class Motion:
+    """The joints and the root at any time, as the plan format says."""
+
+    def __init__(self, plan):
+        waypoints = plan["waypoints"]
+        self.times = np.array([waypoint["t"] for waypoint in waypoints])
+        read = lambda key: np.array([waypoint[key] for waypoint in waypoints])
+        self.q, self.root, self.turn = read("q"), read("root_xyz"), read("root_quat_xyzw")
+        moves = bool(waypoints[0].get("velocity"))
+        self.rates = [read("velocity")[:, 6:], read("acceleration")[:, 6:]] if moves else None
+        self.torque = read("torque") if waypoints[0].get("torque") else np.zeros_like(self.q)
+
+    def at(self, time):
+        """Joint positions, speeds and torques, and the root's place and rotation."""
+        time = min(max(time, self.times[0]), self.times[-1])
+        index = min(int(np.searchsorted(self.times, time, "right")), len(self.times) - 1)
+        before = max(index - 1, 0)
+        span = self.times[index] - self.times[before]
+        s = (time - self.times[before]) / span if span > 0.0 else 0.0
+        mix = lambda rows: (1 - s) * rows[before] + s * rows[index]
+        turn = self.turn[index] * np.sign(self.turn[index] @ self.turn[before])
+        turn = (1 - s) * self.turn[before] + s * turn
+        if self.rates is None:
+            at_rest = self.times[0] < time < self.times[-1]
+            speed = (self.q[index] - self.q[before]) / span if at_rest else 0 * self.q[0]
+            return mix(self.q), speed, mix(self.torque), mix(self.root), turn
+        q, speed = self.curve(before, index, s, span)
+        return q, speed, mix(self.torque), mix(self.root), turn
+
+    def curve(self, before, index, s, span):
+        """The polynomial of degree 5 and its derivative, from Bernstein coefficients."""
+        ends = [(self.q[i], self.rates[0][i] * span, self.rates[1][i] * span * span)
+                for i in (before, index)]
+        (p0, v0, a0), (p1, v1, a1) = ends
+        points = [p0, p0 + v0 / 5, p0 + 2 * v0 / 5 + a0 / 20,
+                  p1 - 2 * v1 / 5 + a1 / 20, p1 - v1 / 5, p1]
+        basis = lambda n: [math.comb(n, k) * s**k * (1 - s)**(n - k) for k in range(n + 1)]
+        q = sum(b * point for b, point in zip(basis(5), points))
+        slopes = [5 * (b - a) for a, b in zip(points, points[1:])]
+        return q, sum(b * slope for b, slope in zip(basis(4), slopes)) / max(span, 1e-9)
+
+
+class Replay:
+    def __init__(self, plan, folder, seed):
+        draw = random.Random(seed)
+        vary = (lambda low, high: draw.uniform(low, high)) if seed is not None else (lambda *_: 1.0)
+        self.plan, self.motion = plan, Motion(plan)
+        robot = Robot(plan, folder, vary)
+        top = xml.Element("mujoco")
+        xml.SubElement(top, "compiler", angle="radian", balanceinertia="true",
+                       boundmass="1e-5", boundinertia="1e-7", autolimits="true")
+        xml.SubElement(top, "option", timestep=str(STEP), integrator="implicitfast",
+                       cone="elliptic", impratio="10")
+        world = xml.SubElement(top, "worldbody")
+        first = plan["waypoints"][0]
+        robot.body(world, robot.root, first["root_xyz"], wxyz(first["root_quat_xyzw"]))
+        friction = plan["scene"]["mu"] * vary(0.8, 1.0)
+        for geom in world.iter("geom"):
+            geom.set("friction", f"{friction:.6g} 0.005 0.0001")
+        add_world(top, plan, folder, friction)
+        self.delay = draw.uniform(0.0, 0.004) if seed is not None else 0.0
+        try:
+            self.model = mujoco.MjModel.from_xml_string(xml.tostring(top, "unicode"))
+        except ValueError as error:
+            raise Unusable(str(error)) from error
+        self.data = mujoco.MjData(self.model)
+        ids = [self.model.joint(name).id for name in plan["joint_names"]]
+        self.places, self.freedoms = self.model.jnt_qposadr[ids], self.model.jnt_dofadr[ids]
+        self.limits = np.array([robot.limits[name] for name in plan["joint_names"]])
+        self.data.qpos[self.places] = plan["waypoints"][0]["q"]
+        mujoco.mj_forward(self.model, self.data)
+
+    def run(self):
+        """Whether it stands, the largest and last root error (m), and the landing errors (m)."""
+        begin, end = self.motion.times[0], self.motion.times[-1]
+        landings, errors, worst = self.landings(), [], 0.0
+        time, error = begin - SETTLE, 0.0
+        while time < end + HOLD:
+            self.step(time - self.delay)
+            time += STEP
+            *_, root, turn = self.motion.at(time)
+            error = float(np.linalg.norm(self.data.qpos[:3] - root))
+            worst = max(worst, error)
+            up = rotation(turn)[:, 2] @ rotation([*self.data.qpos[4:7], self.data.qpos[3]])[:, 2]
+            if error > FALL_DISTANCE or not up > math.cos(FALL_TILT):
+                return False, time - begin, worst, error, errors
+            while landings and landings[0][0] <= time:
+                errors.append(self.landing_error(landings.pop(0)[1]))
+        return True, end - begin, worst, error, errors
+
+    def step(self, time):
+        q, speed, torque, *_ = self.motion.at(time)
+        stiffness = STIFFNESS * self.limits
+        damping = DAMPING * stiffness
+        now = self.data.qvel[self.freedoms]
+        wanted = torque + stiffness * (q - self.data.qpos[self.places]) + damping * (speed - now)
+        limited = np.clip(wanted, -self.limits, self.limits)
+        # The model damps the joints by itself, which is stable at any gain.
+        self.data.qfrc_applied[self.freedoms] = limited + damping * now
+        mujoco.mj_step(self.model, self.data)
+
+    def landings(self):
+        """The middle of each phase on both feet after one on one foot, with its soles."""
+        phases, found = self.plan["phases"], []
+        for before, phase in zip(phases, phases[1:]):
+            if before["mode"] != "double" and phase["mode"] == "double":
+                times = [self.motion.times[phase[key]] for key in ("first", "last")]
+                soles = {c["foot"]: c["sole_pose"] for c in phase["contacts"]}
+                moved = "left" if before["mode"] == "right" else "right"
+                found.append((sum(times) / 2, (moved, soles)))
+        return found
+
+    def landing_error(self, landing):
+        """How far the foot that landed is from its place relative to the other foot, m."""
+        moved, soles = landing
+        other = "right" if moved == "left" else "left"
+        place = lambda side: np.array(soles[side]["xyz"])
+        planned = rotation(soles[other]["quat_xyzw"]).T @ (place(moved) - place(other))
+        sites = {side: self.data.site(f"{side}_frame") for side in soles}
+        turn = sites[other].xmat.reshape(3, 3)
+        actual = turn.T @ (sites[moved].xpos - sites[other].xpos)
+        return float(np.linalg.norm(actual - planned))
+
+
+def replay(path, seed):
+    try:
+        plan = json.loads(path.read_text())
+        stands, seconds, worst, last, landings = Replay(plan, path.parent, seed).run()
+    except (OSError, ValueError, KeyError, Unusable) as error:
+        print(f"{path}: cannot be replayed: {error}", file=sys.stderr)
+        return 2
+    landing = f"{1e3 * max(landings):.1f}" if landings else "-"
+    print(f"{path.name}: {'stands' if stands else 'FALLS'} after {seconds:.1f} s; root error "
+          f"{1e3 * worst:.0f} mm at most, {1e3 * last:.0f} mm at the end; {len(landings)} landings,"
+          f" at most {landing} mm off", flush=True)
+    return 0 if stands else 1
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Replays exported plans in MuJoCo.")
+    parser.add_argument("plans", nargs="+", type=Path, metavar="PLAN.json")
+    parser.add_argument("--disturb", type=int, metavar="SEED",
+                        help="vary masses, friction and delay by this seed")
+    arguments = parser.parse_args()
+    sys.exit(max(replay(path, arguments.disturb) for path in arguments.plans))
+
+
+if __name__ == "__main__":
+    main()
