@@ -62,11 +62,34 @@ impl WorstMargins {
     }
 }
 
-/// A margin of the check of this name, with its unit.
+/// A margin of the check of this name, with its unit. One that rounds to nothing has no sign.
 pub fn with_unit(check: &str, margin: f64) -> String {
-    match check {
-        "limits" => format!("{margin:.4} rad"),
-        "torque" | "dynamic_torque" | "acceleration" => format!("{:.1} %", 100.0 * margin),
-        _ => format!("{:.2} mm", 1000.0 * margin),
+    let (number, unit) = match check {
+        "limits" => (format!("{margin:.4}"), "rad"),
+        "torque" | "dynamic_torque" | "acceleration" => (format!("{:.1}", 100.0 * margin), "%"),
+        _ => (format!("{:.2}", 1000.0 * margin), "mm"),
+    };
+    let is_nothing = number.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.'));
+    let number = if is_nothing { number.trim_start_matches('-') } else { &number };
+    format!("{number} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_margin_that_rounds_to_nothing_has_no_sign() {
+        for (check, margin, shown) in [
+            ("self_collision", -4e-6, "0.00 mm"),
+            ("self_collision", -6e-6, "-0.01 mm"),
+            ("self_collision", -0.0, "0.00 mm"),
+            ("balance", 0.01234, "12.34 mm"),
+            ("torque", -4e-4, "0.0 %"),
+            ("limits", -1e-5, "0.0000 rad"),
+            ("limits", -0.1, "-0.1000 rad"),
+        ] {
+            assert_eq!(with_unit(check, margin), shown);
+        }
     }
 }
