@@ -4,7 +4,9 @@ use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
-use crate::report::event::{Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress};
+use crate::report::event::{
+    Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress, SmoothMotion,
+};
 use crate::report::liveness;
 use crate::system::clock::Stopwatch;
 use crate::system::{allocations, signals};
@@ -105,6 +107,13 @@ fn planned(
         steps: planner.steps(),
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
+        smooth: planner.smooth_path().map(|_| SmoothMotion {
+            rests: stats.rests,
+            searched_phases: stats.searched_phases,
+            relaxed_points: stats.relaxed_points,
+            beyond_limits: stats.beyond_limits,
+            without_stop: stats.without_stop,
+        }),
     }
 }
 

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{
     CheckSummary, Delivered, DeliveryResult, Diagnosis, PlanResult, Planned, Refusal, RoleEvent,
+    SmoothMotion,
 };
 use crate::report::margins::WorstMargins;
 
@@ -51,6 +52,8 @@ pub struct Report {
     pub steps: u64,
     /// Waypoints of the plan.
     pub waypoints: u64,
+    /// Counts of a smooth motion; none of a quasi-static one.
+    pub smooth: Option<SmoothMotion>,
     /// Size of the planner's arenas.
     pub arena_bytes: u64,
     /// Heap allocations of the planner process during the search.
@@ -201,6 +204,7 @@ impl Report {
         self.primitives = planned.primitives;
         self.steps = planned.steps;
         self.waypoints = planned.waypoints;
+        self.smooth = planned.smooth;
         self.allocations_after_ready = planned.allocations;
     }
 
@@ -270,6 +274,7 @@ mod tests {
             steps: 3,
             waypoints: 4,
             chunks: 9,
+            smooth: None,
         })
     }
 

@@ -22,6 +22,9 @@ pub fn text(report: &Report) -> String {
     if report.has_plan() {
         line("plan", format!("{} steps, {} waypoints", report.steps, report.waypoints));
     }
+    if let Some(smooth) = &report.smooth {
+        line("motion", smooth.describe());
+    }
     if report.has_plan() {
         line(
             "route",
