@@ -1,6 +1,7 @@
 //! Advances a planner to the end of its search.
 
 use surefoot_planner::constraints::rejection::Rejection;
+use surefoot_planner::pipeline::SearchStats;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
@@ -107,13 +108,17 @@ fn planned(
         steps: planner.steps(),
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
-        smooth: planner.smooth_path().map(|_| SmoothMotion {
-            rests: stats.rests,
-            searched_phases: stats.searched_phases,
-            relaxed_points: stats.relaxed_points,
-            beyond_limits: stats.beyond_limits,
-            without_stop: stats.without_stop,
-        }),
+        smooth: planner.smooth_path().map(|_| Box::new(smooth_motion(&stats))),
+    }
+}
+
+fn smooth_motion(stats: &SearchStats) -> SmoothMotion {
+    SmoothMotion {
+        rests: stats.rests,
+        searched_phases: stats.searched_phases,
+        relaxed_points: stats.relaxed_points,
+        beyond_limits: stats.beyond_limits,
+        without_stop: stats.without_stop,
     }
 }
 

@@ -124,7 +124,7 @@ pub struct Planned {
     /// Chunks of the plan.
     pub chunks: u64,
     /// Counts of a smooth motion; none of a quasi-static one.
-    pub smooth: Option<SmoothMotion>,
+    pub smooth: Option<Box<SmoothMotion>>,
 }
 
 /// Where a smooth motion is not as smooth or fast as elsewhere.

@@ -53,7 +53,7 @@ pub struct Report {
     /// Waypoints of the plan.
     pub waypoints: u64,
     /// Counts of a smooth motion; none of a quasi-static one.
-    pub smooth: Option<SmoothMotion>,
+    pub smooth: Option<Box<SmoothMotion>>,
     /// Size of the planner's arenas.
     pub arena_bytes: u64,
     /// Heap allocations of the planner process during the search.
@@ -204,7 +204,7 @@ impl Report {
         self.primitives = planned.primitives;
         self.steps = planned.steps;
         self.waypoints = planned.waypoints;
-        self.smooth = planned.smooth;
+        self.smooth = planned.smooth.clone();
         self.allocations_after_ready = planned.allocations;
     }
 
