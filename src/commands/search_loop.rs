@@ -1,10 +1,13 @@
 //! Advances a planner to the end of its search.
 
 use surefoot_planner::constraints::rejection::Rejection;
+use surefoot_planner::pipeline::SearchStats;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
-use crate::report::event::{Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress};
+use crate::report::event::{
+    Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress, SmoothMotion,
+};
 use crate::report::liveness;
 use crate::report::walk_facts::WalkFacts;
 use crate::system::clock::Stopwatch;
@@ -107,6 +110,17 @@ fn planned(
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
         walk: found.then(|| WalkFacts::of_chunks(planner.chunks())),
+        smooth: planner.smooth_path().map(|_| Box::new(smooth_motion(&stats))),
+    }
+}
+
+fn smooth_motion(stats: &SearchStats) -> SmoothMotion {
+    SmoothMotion {
+        rests: stats.rests,
+        searched_phases: stats.searched_phases,
+        relaxed_points: stats.relaxed_points,
+        beyond_limits: stats.beyond_limits,
+        without_stop: stats.without_stop,
     }
 }
 

@@ -127,6 +127,35 @@ pub struct Planned {
     /// The plan as a walk, if there is one.
     #[serde(default)]
     pub walk: Option<WalkFacts>,
+    /// Counts of a smooth motion; none of a quasi-static one.
+    pub smooth: Option<Box<SmoothMotion>>,
+}
+
+/// Where a smooth motion is not as smooth or fast as elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SmoothMotion {
+    /// How often the robot rests on the way.
+    pub rests: u64,
+    /// Phases that keep the searched motion, from rest to rest.
+    pub searched_phases: u64,
+    /// Points of the path at which the robot cannot stand within the full margins of timing, but
+    /// within smaller ones.
+    pub relaxed_points: u64,
+    /// Points and pieces at which no timing within the limits is known.
+    pub beyond_limits: u64,
+    /// Chunks in which the robot cannot stop within the limits.
+    pub without_stop: u64,
+}
+
+impl SmoothMotion {
+    /// The counts in one line.
+    pub fn describe(&self) -> String {
+        let Self { rests, searched_phases, relaxed_points, beyond_limits, without_stop } = self;
+        format!(
+            "smooth; {rests} rests, {searched_phases} searched phases, {relaxed_points} points with \
+             smaller margins, {beyond_limits} beyond the limits, {without_stop} chunks without a stop"
+        )
+    }
 }
 
 /// The diagnosis of a search without a plan.

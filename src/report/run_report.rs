@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{
     CheckSummary, Delivered, DeliveryResult, Diagnosis, PlanResult, Planned, Refusal, RoleEvent,
+    SmoothMotion,
 };
 use crate::report::margins::WorstMargins;
 use crate::report::walk_facts::WalkFacts;
@@ -54,6 +55,8 @@ pub struct Report {
     pub waypoints: u64,
     /// The plan as a walk; of a replanned walk, its last plan.
     pub walk: Option<WalkFacts>,
+    /// Counts of a smooth motion; none of a quasi-static one.
+    pub smooth: Option<Box<SmoothMotion>>,
     /// Size of the planner's arenas.
     pub arena_bytes: u64,
     /// Heap allocations of the planner process during the search.
@@ -205,6 +208,7 @@ impl Report {
         self.steps = planned.steps;
         self.waypoints = planned.waypoints;
         self.walk = planned.walk;
+        self.smooth = planned.smooth.clone();
         self.allocations_after_ready = planned.allocations;
     }
 
@@ -275,6 +279,7 @@ mod tests {
             waypoints: 4,
             chunks: 9,
             walk: None,
+            smooth: None,
         })
     }
 

@@ -25,6 +25,9 @@ pub fn text(report: &Report) -> String {
             line("walk", walk.describe());
         }
     }
+    if let Some(smooth) = &report.smooth {
+        line("motion", smooth.describe());
+    }
     if report.has_plan() {
         line(
             "route",

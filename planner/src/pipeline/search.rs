@@ -158,6 +158,9 @@ pub struct SearchStats {
     pub rests: u64,
     /// Phases of a smooth path that keep the searched motion.
     pub searched_phases: u64,
+    /// Points of a smooth path at which the robot cannot stand within the full margins of timing,
+    /// but within smaller ones.
+    pub relaxed_points: u64,
     /// Points of a smooth path at which no contact forces within the limits hold the robot, and
     /// pieces that are beyond the limits however slow they are.
     pub beyond_limits: u64,

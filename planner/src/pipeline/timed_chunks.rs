@@ -43,7 +43,8 @@ impl TimedChunks {
 
     /// Writes what happened so far.
     pub fn count(&self, stats: &mut SearchStats) {
-        let TimingStats { rests, unsupported, beyond, .. } = self.timing.stats();
+        let TimingStats { rests, relaxed, unsupported, beyond, .. } = self.timing.stats();
+        stats.relaxed_points = relaxed - unsupported;
         (stats.rests, stats.beyond_limits) = (rests, unsupported + beyond);
         stats.without_stop = self.without_stop;
     }

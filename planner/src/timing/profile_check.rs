@@ -60,16 +60,17 @@ impl ProfileCheck<'_> {
         is_within
     }
 
-    /// Checks every waypoint, or the middle before it, by turns. Between two samples the rounded
+    /// Checks every waypoint, and every other middle between two. Between two samples the rounded
     /// motion changes little.
     fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
         let mut is_within = true;
-        for index in (0..=times.intervals).step_by(2) {
+        for index in 0..=times.intervals {
             let here = self.timed.state(self.path, span, times, index);
             if here.time >= from {
                 is_within &= self.sample_is_within(span, &here);
             }
-            if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
+            let has_middle = index % 2 == 0 && index < times.intervals;
+            if has_middle && here.time + 0.5 * INTERVAL_MAX >= from {
                 let next = self.timed.state(self.path, span, times, index + 1);
                 let middle = 0.5 * (here.time + next.time);
                 let sample = Interpolation::Quintic.between(&here, &next, middle);

@@ -17,7 +17,8 @@ use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
 use crate::timing::tuning::{
-    COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
+    COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
+    UNSUPPORTED_RATE,
 };
 
 /// The joints between the root and each foot.
@@ -147,7 +148,7 @@ impl TimedRobot {
     ) -> f64 {
         let [velocity, acceleration] = rates_of(waypoint);
         let dynamics = self.at_instant(waypoint);
-        let support = Support::new(span, level, 0.0, self.limits.friction);
+        let support = Support::new(span, level, COP_MARGIN_BETWEEN, self.limits.friction);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
         let mut load: f64 = 0.0;
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {

@@ -12,6 +12,9 @@ pub(crate) const RELAXED_COP_MARGIN: f64 = 0.004;
 pub(crate) const LIMITS_PART: f64 = 0.985;
 /// Distance (m) by which rates keep the centre of pressure further inside, for the same reason.
 pub(crate) const COP_MARGIN_EXTRA: f64 = 5e-4;
+/// Distance (m) by which the samples of a motion keep it further inside, for the motion between
+/// them.
+pub(crate) const COP_MARGIN_BETWEEN: f64 = 2e-4;
 /// Largest ratio of a motion's speed to that of the path's parameter.
 pub(crate) const RATE_MAX: f64 = 30.0;
 /// Largest acceleration of the path's parameter, 1/s.
