@@ -72,6 +72,7 @@ pub const CRATES: [Crate; 4] = [
             floor("plan", UpTo("constraints", &[])),
             floor("preparation", UpTo("foot_placement", &["primitives"])),
             floor("possibility", UpTo("preparation", &[])),
+            floor("relaxation", UpTo("foot_placement", &[])),
             floor("motion", UpTo("preparation", &["plan"])),
             floor("pipeline", UpTo("motion", &[])),
             floor("channel", These(&[])),

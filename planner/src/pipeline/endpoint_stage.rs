@@ -57,6 +57,11 @@ impl EndpointStage {
         Some(self.start)
     }
 
+    /// The stances of start and goal.
+    pub fn stances(&self) -> [&StancePose; 2] {
+        [&self.start, &self.goal]
+    }
+
     /// Distance between the feet at the start, m.
     pub fn stance_width(&self) -> f64 {
         self.start.stance_width
