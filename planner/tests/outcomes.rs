@@ -6,6 +6,7 @@ mod common;
 
 use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, preparation_for, run};
+use glam::DVec3;
 use surefoot_planner::base::capacity::ArenaFull;
 use surefoot_planner::collision::model::Hit;
 use surefoot_planner::constraints::rejection::Rejection;
@@ -151,7 +152,7 @@ fn block_under_left_sole(case: Case, stance: &StancePose) -> Case {
 
 fn bar_over_right_toes(case: Case, stance: &StancePose) -> Case {
     let right = stance.world_from_soles()[1].translation;
-    case.with_box([right.x + 0.13, right.y, 0.045], [0.02, 0.02, 0.015])
+    case.with_box([right.x + 0.1, right.y, 0.045], [0.02, 0.02, 0.015])
 }
 
 fn wall_through_body(case: Case, stance: &StancePose) -> Case {
@@ -168,6 +169,30 @@ fn two_floors() -> Case {
     case.world.shapes.clear();
     case.with_box([0.0, 0.0, -0.25], [2.5, 1.0, 0.25])
         .with_box([10.0, 0.0, -0.25], [2.5, 1.0, 0.25])
+}
+
+#[test]
+fn soles_that_do_not_quite_fit_are_moved_aside() {
+    for is_goal in [false, true] {
+        let mut case = two_floors();
+        case.scenario.start.position.x = 0.5;
+        case.scenario.goal.position = case.scenario.start.position + DVec3::X;
+        let stance = if is_goal { case.scenario.goal } else { case.scenario.start };
+        let soles = stance.world_from_soles().map(|sole| sole.translation);
+        // A bar 2 cm over the ends of the right toes, and a step under the left heel.
+        let case = case
+            .with_box([soles[1].x + 0.13, soles[1].y, 0.045], [0.02, 0.02, 0.015])
+            .with_box([soles[0].x - 0.1, soles[0].y, 0.03], [0.02, 0.05, 0.03]);
+        let mut planner = case.planner(1);
+        assert_eq!(run(&mut planner, STEP), Outcome::Found, "goal {is_goal}");
+        let chunk = if is_goal { planner.chunks().last() } else { planner.chunks().first() };
+        for contact in chunk.unwrap().contacts() {
+            let moved = DVec3::from(contact.position) - soles[contact.limb as usize];
+            assert!(moved.truncate().length() < 0.0301, "{is_goal}: {moved}");
+            let expected = if contact.limb == 0 { moved.x > 0.005 } else { moved.x < -0.005 };
+            assert!(expected, "goal {is_goal}, limb {}: {moved}", contact.limb);
+        }
+    }
 }
 
 #[test]

@@ -21,8 +21,8 @@ pub fn read(path: &Path) -> Option<Vec<u8>> {
 }
 
 /// Writes a file completely or not at all; several processes may do so at once. Makes its folder,
-/// and removes anything in its place that is no regular file: a pipe would be written to, and nobody
-/// reads it.
+/// and removes anything in its place that is no regular file: a pipe would be written to, and
+/// nobody reads it.
 ///
 /// # Errors
 /// The reason, without the path.

@@ -35,8 +35,8 @@ pub fn raise_open_files() {
     }
 }
 
-/// Raises the limit of the main thread's stack, which grows as it is used, as far as it is permitted
-/// and of use.
+/// Raises the limit of the main thread's stack, which grows as it is used, as far as it is
+/// permitted and of use.
 pub fn raise_stack() {
     let mut limit = limits(libc::RLIMIT_STACK);
     let wanted = (1024 * STACK_KIB_WANTED).min(limit.rlim_max);
