@@ -172,25 +172,23 @@ fn two_floors() -> Case {
 }
 
 #[test]
-fn soles_that_do_not_quite_fit_are_moved_aside() {
+fn a_sole_that_does_not_quite_fit_is_moved_aside() {
     for is_goal in [false, true] {
         let mut case = two_floors();
         case.scenario.start.position.x = 0.5;
         case.scenario.goal.position = case.scenario.start.position + DVec3::X;
         let stance = if is_goal { case.scenario.goal } else { case.scenario.start };
         let soles = stance.world_from_soles().map(|sole| sole.translation);
-        // A bar 2 cm over the ends of the right toes, and a step under the left heel.
-        let case = case
-            .with_box([soles[1].x + 0.13, soles[1].y, 0.045], [0.02, 0.02, 0.015])
-            .with_box([soles[0].x - 0.1, soles[0].y, 0.03], [0.02, 0.05, 0.03]);
+        // A bump under the left heel.
+        let case = case.with_box([soles[0].x - 0.1, soles[0].y, 0.005], [0.02, 0.05, 0.005]);
         let mut planner = case.planner(1);
         assert_eq!(run(&mut planner, STEP), Outcome::Found, "goal {is_goal}");
         let chunk = if is_goal { planner.chunks().last() } else { planner.chunks().first() };
         for contact in chunk.unwrap().contacts() {
-            let moved = DVec3::from(contact.position) - soles[contact.limb as usize];
-            assert!(moved.truncate().length() < 0.0301, "{is_goal}: {moved}");
-            let expected = if contact.limb == 0 { moved.x > 0.005 } else { moved.x < -0.005 };
-            assert!(expected, "goal {is_goal}, limb {}: {moved}", contact.limb);
+            let limb = contact.limb as usize;
+            let moved = (DVec3::from(contact.position) - soles[limb]).truncate();
+            assert!(moved.length() < 0.0301, "goal {is_goal}, limb {limb}: {moved}");
+            assert!(limb == 1 || moved.length() > 0.005, "goal {is_goal}: {moved}");
         }
     }
 }

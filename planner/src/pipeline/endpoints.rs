@@ -97,7 +97,9 @@ pub(crate) fn stand_within(
     }
     let mut moved = |limb: usize, offset: DVec3| {
         let pose = Pose::from_parts(soles[limb].translation + offset, soles[limb].rotation);
-        foothold_at(constraints, surfaces, scratch, limb, &pose).ok()
+        // The foot must also be able to leave.
+        let is_free = constraints.collision.foot_hit(limb, &pose, FootPhase::LiftOff).is_none();
+        is_free.then(|| foothold_at(constraints, surfaces, scratch, limb, &pose).ok())?
     };
     let alone = [0, 1].map(|limb| {
         let mut aside = || offsets(SOLE_OFFSETS, offset_max).find_map(|by| moved(limb, by));
