@@ -31,7 +31,7 @@ impl EndlessWalk {
     fn start(more: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let configs = format!("\"{}/configs/", env!("CARGO_MANIFEST_DIR"));
-        let text = fs::read_to_string(scenario("no_way_wall")).unwrap();
+        let text = fs::read_to_string(scenario("no_way_ceiling")).unwrap();
         let text = text
             .replace("\"../", &configs)
             .replace("work_max = 30_000", "work_max = 1_000_000_000_000");

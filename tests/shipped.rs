@@ -43,6 +43,11 @@ fn a_name_gives_way_to_a_file_and_damage_in_the_cache_is_mended() {
     let scenario = cache.last().unwrap().unwrap().path().join("scenarios/beam.toml");
     std::fs::write(&scenario, "damaged").unwrap();
     assert_eq!(run_in(folder.path(), &["config", "show", "beam"]).code, 0);
+    // A pipe in the file's place is replaced and not waited for.
+    std::fs::remove_file(&scenario).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&scenario).status().unwrap().success());
+    assert_eq!(run_in(folder.path(), &["config", "show", "beam"]).code, 0);
+    assert!(scenario.metadata().unwrap().is_file());
     std::fs::write(folder.path().join("beam"), "not a scenario").unwrap();
     let output = run_in(folder.path(), &["config", "show", "beam"]);
     assert_eq!(output.code, 2, "{}", output.out);

@@ -16,6 +16,7 @@ pub mod plan;
 pub mod possibility;
 pub mod preparation;
 pub mod primitives;
+pub mod relaxation;
 pub mod robot;
 pub mod smooth_path;
 pub mod timing;

@@ -28,7 +28,8 @@ fn allocations_of<T>(search: impl FnOnce() -> T) -> (usize, T) {
 fn a_built_planner_allocates_no_memory() {
     let (counted, _) = allocations_of(|| std::hint::black_box(Box::new(1)));
     assert_eq!(counted, 1, "the allocator counts");
-    let infeasible = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 100_000);
+    let infeasible =
+        Case::shipped("no_way_ceiling").configured(|planner| planner.work_max = 50_000);
     let walks = WALKS.iter().chain(OTHER_WALKS).map(|walk| (Case::shipped(walk), Outcome::Found));
     let mut smooth = Case::shipped("flat_walk");
     smooth.scenario.execution.motion = MotionKind::Smooth;

@@ -74,6 +74,9 @@ pub enum PlanError {
         /// The parameter that sizes it.
         parameter: &'static str,
     },
+    /// No plan is possible: the obstruction, and where it is.
+    #[error("{0}")]
+    Impossible(String),
     /// The robot cannot stand at the start.
     #[error("{0}")]
     StartInvalid(String),

@@ -305,8 +305,9 @@ impl Planner {
                 Err(PlanError::BudgetExhausted { work: search.stats().work })
             }
             Outcome::ArenaFull(full) => Err(PlanError::ArenaFull { parameter: full.parameter() }),
-            Outcome::StartInvalid(_) => Err(PlanError::StartInvalid(outcome.describe())),
-            Outcome::GoalInvalid(_) => Err(PlanError::GoalInvalid(outcome.describe())),
+            Outcome::Impossible(_) => Err(PlanError::Impossible(search.describe(outcome))),
+            Outcome::StartInvalid(_) => Err(PlanError::StartInvalid(search.describe(outcome))),
+            Outcome::GoalInvalid(_) => Err(PlanError::GoalInvalid(search.describe(outcome))),
         }
     }
 }

@@ -13,6 +13,16 @@ use crate::system::terminal;
 
 /// Runs a command and returns its exit code.
 pub fn run(arguments: &Arguments) -> u8 {
+    match CommandError::unless_stack_is_small() {
+        Ok(()) => run_command(arguments),
+        Err(error) => {
+            report_error(&error, arguments.reports_lines());
+            error.code()
+        }
+    }
+}
+
+fn run_command(arguments: &Arguments) -> u8 {
     let result = match &arguments.command {
         Command::Walk(arguments) => walk::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),

@@ -96,7 +96,7 @@ fn planned(
         result: outcome.map_or(PlanResult::Stopped, PlanResult::from),
         outcome: outcome.map_or("interrupted", Outcome::name).to_owned(),
         bound: bound.map(str::to_owned),
-        description: outcome.map_or_else(stopped, |outcome| describe(planner, outcome)),
+        description: outcome.map_or_else(stopped, |outcome| planner.describe(outcome)),
         digest: found.then(|| planner.digest().to_string()),
         plan_seconds,
         work: stats.work,
@@ -122,15 +122,6 @@ fn smooth_motion(stats: &SearchStats) -> SmoothMotion {
         beyond_limits: stats.beyond_limits,
         without_stop: stats.without_stop,
     }
-}
-
-/// Description of an outcome, with the names of colliding bodies.
-fn describe(planner: &Planner, outcome: &Outcome) -> String {
-    let collision = &planner.constraints().collision;
-    outcome.hit().map_or_else(
-        || outcome.describe(),
-        |hit| format!("{}: {}", outcome.describe(), collision.describe(hit)),
-    )
 }
 
 fn diagnosis(planner: &Planner) -> Diagnosis {

@@ -1,5 +1,6 @@
 //! The files that commands read, write and cache.
 
+pub mod cache_file;
 pub mod cache_folder;
 pub mod inputs;
 pub mod output_files;

@@ -3,18 +3,16 @@
 //! A damaged file is built again. If nothing can be saved, a warning is printed.
 
 use std::collections::BTreeMap;
-use std::io::Read;
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::base::whole_file;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
 
+use crate::input::cache_file;
 use crate::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
 use crate::report::command_error::CommandError;
 use crate::system::clock::Stopwatch;
@@ -86,7 +84,9 @@ fn find_or_make(
     let preparation = Preparation::from_words(words, &key)
         .map_err(|error| CommandError::Preparation(error.to_string()))?;
     let saved = match &path {
-        Some(path) => save(preparation.bytes(), path).map(|()| path.clone()),
+        Some(path) => cache_file::write(path, preparation.bytes())
+            .map(|()| path.clone())
+            .map_err(|reason| format!("{}: {reason}", path.display())),
         None => Err(NO_CACHE_FOLDER.to_owned()),
     };
     if let (Err(reason), false) = (&saved, quiet) {
@@ -104,20 +104,8 @@ fn warn(reason: &str) {
 
 /// The preparation for `key` in the cache; `None` if it is missing, damaged or no regular file.
 fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
-    let preparation = Preparation::from_bytes(&read_regular_file(path)?, key).ok()?;
+    let preparation = Preparation::from_bytes(&cache_file::read(path)?, key).ok()?;
     Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()) })
-}
-
-/// The content of a regular file. A pipe or a device is not waited for.
-fn read_regular_file(path: &Path) -> Option<Vec<u8>> {
-    let mut options = std::fs::OpenOptions::new();
-    let mut file = options.read(true).custom_flags(libc::O_NONBLOCK).open(path).ok()?;
-    if !file.metadata().ok()?.is_file() {
-        return None;
-    }
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).ok()?;
-    Some(bytes)
 }
 
 fn build(
@@ -141,17 +129,4 @@ fn new_bar() -> ProgressBar {
     );
     ProgressBar::new(BAR_STEPS as u64)
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
-/// Writes a file of the cache completely or not at all.
-fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
-    std::fs::create_dir_all(folder).map_err(failed)?;
-    let _deferral = signals::defer();
-    if path.symlink_metadata().is_ok_and(|there| !there.is_file()) {
-        // A pipe in the file's place would be written to, and nobody reads it.
-        std::fs::remove_file(path).map_err(failed)?;
-    }
-    whole_file::write(path, bytes).map_err(|reason| format!("{}: {reason}", path.display()))
 }

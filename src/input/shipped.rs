@@ -7,10 +7,9 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use surefoot_shared_types::InputError;
-use surefoot_shared_types::base::whole_file;
 
+use crate::input::cache_file;
 use crate::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
-use crate::system::signals;
 
 /// Every file: its path below `configs/` and its bytes.
 static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped_files.rs"));
@@ -118,10 +117,10 @@ fn unpack(argument: &Path) -> Result<PathBuf, InputError> {
         .join(format!("configs-{}", digest()));
     for (path, bytes) in FILES {
         let path = folder.join(path);
-        if std::fs::read(&path).is_ok_and(|there| there == *bytes) {
+        if cache_file::read(&path).is_some_and(|there| there == *bytes) {
             continue;
         }
-        write(&path, bytes).map_err(|error| {
+        cache_file::write(&path, bytes).map_err(|error| {
             InputError::file(&path, format!("cannot be written: {error}; name a file instead"))
         })?;
     }
@@ -138,14 +137,6 @@ fn digest() -> String {
         hash.update(bytes);
     }
     hash.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Writes a file completely or not at all; several processes may do so at once.
-fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
-    let _deferral = signals::defer();
-    whole_file::write(path, bytes)
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use surefoot_shared_types::world::correction::CorrectionError;
 
 use crate::picture::PictureError;
 use crate::report::role::Role;
-use crate::system::limits::{self, OPEN_FILES_MIN};
+use crate::system::limits::{self, OPEN_FILES_MIN, STACK_KIB_MIN};
 use crate::system::signals;
 
 /// The outcome of a completed command.
@@ -191,6 +191,12 @@ pub enum CommandError {
         /// The limit.
         limit: u64,
     },
+    /// The system permits too small a stack.
+    #[error("stack: the limit is {kib} KiB, {STACK_KIB_MIN} are needed; run 'ulimit -s 8192'")]
+    Stack {
+        /// The limit, KiB.
+        kib: u64,
+    },
     /// The supervisor that reads this role's events is gone.
     #[error("no process reads this role's events any more: {0}")]
     ReportsClosed(std::io::Error),
@@ -219,6 +225,14 @@ impl CommandError {
     /// When they are.
     pub fn unless_limited() -> Result<(), Self> {
         limits::too_few_open_files().map_or(Ok(()), |limit| Err(Self::OpenFiles { limit }))
+    }
+
+    /// An error if the stack of this process is too small.
+    ///
+    /// # Errors
+    /// When it is.
+    pub fn unless_stack_is_small() -> Result<(), Self> {
+        limits::too_small_stack().map_or(Ok(()), |kib| Err(Self::Stack { kib }))
     }
 
     /// Whether the transport failed in a way that a restart of the process may repair.

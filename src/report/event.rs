@@ -186,7 +186,7 @@ pub struct Bottleneck {
 pub enum PlanResult {
     /// A plan.
     Found,
-    /// A bound.
+    /// A bound, or a task that is impossible.
     NoPlan,
     /// A start where the robot cannot stand.
     StartInvalid,
@@ -200,7 +200,9 @@ impl From<&Outcome> for PlanResult {
     fn from(outcome: &Outcome) -> Self {
         match outcome {
             Outcome::Found => Self::Found,
-            Outcome::BudgetExhausted(_) | Outcome::ArenaFull(_) => Self::NoPlan,
+            Outcome::BudgetExhausted(_) | Outcome::ArenaFull(_) | Outcome::Impossible(_) => {
+                Self::NoPlan
+            }
             Outcome::StartInvalid(_) => Self::StartInvalid,
             Outcome::GoalInvalid(_) => Self::GoalInvalid,
         }

@@ -7,6 +7,11 @@ const OPEN_FILES_LEAST: u64 = 36;
 /// Open files that a process asks for where it may: many readers may subscribe to an instance.
 const OPEN_FILES_WANTED: u64 = 1024;
 
+/// Stack of the main thread that a process needs, KiB, with a margin: twice what it uses.
+pub const STACK_KIB_MIN: u64 = 1024;
+/// Stack that a process asks for where it may, KiB: the usual limit.
+const STACK_KIB_WANTED: u64 = 8192;
+
 /// The soft limit; `None` if there is none.
 pub fn soft_limit(resource: libc::__rlimit_resource_t) -> Option<u64> {
     Some(limits(resource).rlim_cur).filter(|limit| *limit != libc::RLIM_INFINITY)
@@ -28,6 +33,23 @@ pub fn raise_open_files() {
         // SAFETY: `limit` outlives the call. A failure leaves the limit as it is.
         unsafe { libc::setrlimit(libc::RLIMIT_NOFILE, &raw const limit) };
     }
+}
+
+/// Raises the limit of the main thread's stack, which grows as it is used, as far as it is
+/// permitted and of use.
+pub fn raise_stack() {
+    let mut limit = limits(libc::RLIMIT_STACK);
+    let wanted = (1024 * STACK_KIB_WANTED).min(limit.rlim_max);
+    if limit.rlim_cur < wanted {
+        limit.rlim_cur = wanted;
+        // SAFETY: `limit` outlives the call. A failure leaves the limit as it is.
+        unsafe { libc::setrlimit(libc::RLIMIT_STACK, &raw const limit) };
+    }
+}
+
+/// The limit of the main thread's stack, KiB, if it is too low.
+pub fn too_small_stack() -> Option<u64> {
+    soft_limit(libc::RLIMIT_STACK).map(|bytes| bytes / 1024).filter(|kib| *kib < STACK_KIB_MIN)
 }
 
 /// The number of files that this process may open, if it is too low for shared memory.

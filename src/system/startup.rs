@@ -13,5 +13,6 @@ pub fn run() {
         allocations::report_to_supervisor();
     }
     limits::raise_open_files();
+    limits::raise_stack();
     limits::permit_owner();
 }

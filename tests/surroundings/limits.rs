@@ -55,6 +55,19 @@ fn few_descriptors_are_raised_or_named() {
 }
 
 #[test]
+fn a_small_stack_is_raised_or_named() {
+    let folder = Folder::new();
+    folder.good("ulimit -Ss 256; exec $S walk flat.toml --quiet");
+    for kib in [128, 256, 512] {
+        for command in ["walk", "plan", "control --instance small"] {
+            let err = folder.error(&format!("ulimit -s {kib}; exec $S {command} flat.toml"));
+            assert!(err.contains(&format!("stack: the limit is {kib} KiB")), "{err}");
+        }
+    }
+    folder.good("ulimit -s 1024; exec $S walk flat.toml --quiet");
+}
+
+#[test]
 fn a_strict_mask_does_not_lock_the_command_out() {
     let folder = Folder::new();
     folder.good("umask 0777; exec $S walk flat.toml --quiet --export plan.json --json report.json");

@@ -17,7 +17,7 @@ use crate::collision::tuning::{LIFT_OFF_LIFT, STANCE_LIFT};
 use crate::collision::world_shapes::{Nearby, WorldShapes, lifted};
 use crate::geometry::bvh::Aabb;
 use crate::kinematics::tree::KinematicTree;
-use crate::robot::bounding_spheres::BODIES_MAX;
+use crate::robot::bounding_spheres::{BODIES_MAX, BoundingSphere};
 use crate::robot::kinematic_state::KinematicState;
 
 /// The phase of a foot, which decides the clearance that it must keep.
@@ -213,6 +213,26 @@ impl CollisionModel {
     /// of each side (m).
     pub fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
         self.world.box_hit(world_from_box, half_extents)
+    }
+
+    /// Index of the first world shape that a ball (centre and radius, m) touches.
+    pub fn ball_hit(&self, center: DVec3, radius: f64) -> Option<usize> {
+        self.world.ball_hit(center, radius)
+    }
+
+    /// A large ball, in the root frame, that a link rigid with the root contains.
+    pub fn root_ball(&self) -> Option<BoundingSphere> {
+        let rigid = self.bodies.iter().filter(|body| body.node == 0);
+        let balls = rigid.flat_map(|body| &body.parts).map(|part| BoundingSphere {
+            center: part.node_from_part * part.bounds.center(),
+            radius: part.solid.inner_radius(),
+        });
+        balls.filter(|ball| ball.radius > 0.0).max_by(|a, b| a.radius.total_cmp(&b.radius))
+    }
+
+    /// The name of a shape of the world; none for [`KEEP_OUT`].
+    pub fn shape_name(&self, shape: usize) -> Option<&str> {
+        self.shape_names.get(shape).map(String::as_str)
     }
 
     /// Bounding box of a foot with all links fixed to it, in its sole's frame.

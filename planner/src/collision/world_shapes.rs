@@ -1,6 +1,6 @@
 //! The world's shapes in a bounding volume hierarchy.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::world::world::World;
 
@@ -111,6 +111,18 @@ impl WorldShapes {
             is_within(&shape.solid, &solid, &(shape.shape_from_world * *world_from_box), 0.0)
         };
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
+    }
+
+    /// The first shape that a ball touches, in the tree's order.
+    pub(crate) fn ball_hit(&self, center: DVec3, radius: f64) -> Option<usize> {
+        let ball = Solid::Convex(Convex { core: Core::Point, radius });
+        let touches = |index: usize| {
+            let shape = &self.shapes[index];
+            let shape_from_ball =
+                Pose::from_parts(shape.shape_from_world * center, DQuat::IDENTITY);
+            is_within(&shape.solid, &ball, &shape_from_ball, 0.0)
+        };
+        self.tree.find(|bounds| bounds.reaches(center, radius), touches)
     }
 
     fn part_hit(

@@ -1,6 +1,8 @@
 //! The elements of a compiled world: flat faces and curved surfaces.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+
+use crate::geometry::polygon::closest_on_segment;
 
 /// A planar convex piece of the boundary of a shape.
 #[derive(Debug, Clone, Copy)]
@@ -16,6 +18,13 @@ pub(crate) struct Face {
     pub count: u32,
     /// Whether it belongs to a mesh, so that other faces may continue it in its plane.
     pub of_mesh: bool,
+}
+
+impl Face {
+    /// The height of the face's plane at a place seen from above, m.
+    pub fn height_at(&self, at: DVec2) -> f64 {
+        (self.offset - self.normal.x * at.x - self.normal.y * at.y) / self.normal.z.max(1e-6)
+    }
 }
 
 /// How a curved shape ends.
@@ -44,6 +53,19 @@ impl CurvedSurface {
     /// The axis direction, or `None` for a ball.
     pub fn direction(&self) -> Option<DVec3> {
         (self.b - self.a).try_normalize()
+    }
+
+    /// The point of the axis nearest to a place, both seen from above.
+    pub fn nearest_on_axis(&self, from: DVec2) -> DVec2 {
+        closest_on_segment(self.a.truncate(), self.b.truncate(), from)
+    }
+
+    /// The point above a point of the axis seen from above, as high as the radius over it.
+    pub fn top_at(&self, near: DVec2) -> DVec3 {
+        let (a, b) = (self.a.truncate(), self.b.truncate());
+        let length = (b - a).length();
+        let share = if length < 1e-12 { 0.0 } else { (near - a).length() / length };
+        near.extend(self.a.z + share * (self.b.z - self.a.z) + self.radius)
     }
 
     /// The line of the side with this unit normal, from end to end.

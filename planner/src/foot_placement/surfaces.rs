@@ -9,6 +9,7 @@ use crate::foot_placement::config::FootPlacementConfig;
 use crate::foot_placement::elements::{CurvedSurface, Element, Face};
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::world_elements;
+use crate::geometry::bvh;
 use crate::geometry::polygon::closest_on_segment;
 
 /// All surfaces that a sole can rest on or collide with, compiled once from a world.
@@ -107,21 +108,57 @@ impl Surfaces {
         match self.element(id) {
             Element::Face(face, vertices) => {
                 let near = nearest_on_outline(vertices, from);
-                let height = (face.offset - face.normal.x * near.x - face.normal.y * near.y)
-                    / face.normal.z.max(1e-6);
-                ((near - from).length(), height)
+                ((near - from).length(), face.height_at(near))
             }
             Element::Curved(curved) => {
-                let (a, b) = (curved.a.truncate(), curved.b.truncate());
-                let near = closest_on_segment(a, b, from);
-                let length = (b - a).length();
-                let share = if length < 1e-12 { 0.0 } else { (near - a).length() / length };
-                (
-                    (near - from).length(),
-                    curved.a.z + share * (curved.b.z - curved.a.z) + curved.radius,
-                )
+                let near = curved.nearest_on_axis(from);
+                ((near - from).length(), curved.top_at(near).z)
             }
         }
+    }
+
+    /// The point of an element, seen from above, that is nearest to `from`.
+    pub(crate) fn nearest_point(&self, id: u32, from: DVec2) -> DVec3 {
+        match self.element(id) {
+            Element::Face(face, vertices) => {
+                let near = nearest_on_outline(vertices, from);
+                near.extend(face.height_at(near))
+            }
+            Element::Curved(curved) => curved.top_at(curved.nearest_on_axis(from)),
+        }
+    }
+
+    /// Calls `examine` with the elements whose boxes overlap a box in the world, in a fixed order.
+    pub(crate) fn for_each_in(&self, region: &bvh::Aabb, mut examine: impl FnMut(u32)) {
+        let region = Aabb::new(region.min, region.max);
+        self.elements_in(&region).for_each(&mut examine);
+    }
+
+    /// The bounding box of an element.
+    pub(crate) fn bounds(&self, id: u32) -> bvh::Aabb {
+        let around = self.element_box(id);
+        bvh::Aabb { min: around.mins, max: around.maxs }
+    }
+
+    /// The radius of a curved surface, 0 for a face, m.
+    pub(crate) fn radius(&self, id: u32) -> f64 {
+        match self.element(id) {
+            Element::Face(..) => 0.0,
+            Element::Curved(curved) => curved.radius,
+        }
+    }
+
+    /// The vertical component of the outward normal where an element faces up most.
+    pub(crate) fn normal_z(&self, id: u32) -> f64 {
+        match self.element(id) {
+            Element::Face(face, _) => face.normal.z,
+            Element::Curved(curved) => curved.side_normal(DVec3::Z).map_or(0.0, |n| n.z),
+        }
+    }
+
+    /// The greatest slope of ground that may support a sole.
+    pub(crate) fn steepest_tan(&self) -> f64 {
+        libm::sqrt((1.0 - self.steepest_cos * self.steepest_cos).max(0.0)) / self.steepest_cos
     }
 
     fn face_vertices(&self, face: &Face) -> &[DVec3] {

@@ -11,6 +11,8 @@ use crate::geometry::tuning::{DIRECTION_CELLS, SCANNED_VERTICES_MAX};
 pub struct Hull {
     vertices: Vec<DVec3>,
     aabb: Aabb,
+    /// Distance from the centre of the bounding box to the nearest face, m; 0 if it is not known.
+    inner_radius: f64,
     /// Start of each vertex's neighbours in `neighbors`, and the end; empty if all vertices are
     /// scanned.
     starts: Vec<u32>,
@@ -32,15 +34,16 @@ impl Hull {
         }
         let (vertices, triangles) = try_convex_hull(points).map_err(|error| error.to_string())?;
         let aabb = Aabb::of_points(points.iter().copied());
-        let scan =
-            Self { vertices, aabb, starts: Vec::new(), neighbors: Vec::new(), cells: Vec::new() };
+        let inner_radius = inner_radius(&vertices, &triangles, aabb.center());
+        let (starts, neighbors, cells) = (Vec::new(), Vec::new(), Vec::new());
+        let scan = Self { vertices, aabb, inner_radius, starts, neighbors, cells };
         let size = scan.size();
         if !is_solid(&scan.vertices, &triangles, size) {
             return Err("all points lie in one plane".into());
         }
         if !scan.covers(points, &triangles, size) {
             // A corner was lost to rounding errors: the points themselves have the same hull.
-            return Ok(Self { vertices: points.to_vec(), ..scan });
+            return Ok(Self { vertices: points.to_vec(), inner_radius: 0.0, ..scan });
         }
         if scan.vertices.len() <= SCANNED_VERTICES_MAX {
             return Ok(scan);
@@ -57,6 +60,11 @@ impl Hull {
     /// Bounding box.
     pub fn aabb(&self) -> Aabb {
         self.aabb
+    }
+
+    /// Distance from the centre of the bounding box to the nearest face, m; 0 if it is not known.
+    pub fn inner_radius(&self) -> f64 {
+        self.inner_radius
     }
 
     /// The farthest vertex along `direction`.
@@ -156,6 +164,18 @@ fn is_solid(vertices: &[DVec3], triangles: &[[u32; 3]], size: f64) -> bool {
     let volume: f64 =
         triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0).sum();
     volume.is_finite() && volume > FLATNESS * size * size * size
+}
+
+/// Distance from a point to the nearest of the planes of a hull's triangles, m; 0 if it lies
+/// outside of one.
+fn inner_radius(vertices: &[DVec3], triangles: &[[u32; 3]], center: DVec3) -> f64 {
+    let corner = |index: u32| vertices[index as usize];
+    let depths = triangles.iter().filter_map(|&[a, b, c]| {
+        let normal = (corner(b) - corner(a)).cross(corner(c) - corner(a)).try_normalize()?;
+        Some(normal.dot(corner(a) - center))
+    });
+    let depth = depths.fold(f64::INFINITY, f64::min);
+    if depth.is_finite() { depth.max(0.0) } else { 0.0 }
 }
 
 /// The cell of the direction cube that contains a direction.

@@ -120,6 +120,15 @@ impl Solid {
         }
     }
 
+    /// The radius of a ball about the centre of its bounding box that the solid contains, m; 0
+    /// where the centre is not known to lie inside.
+    pub fn inner_radius(&self) -> f64 {
+        match self {
+            Self::Convex(convex) => convex.core.inner_radius() + convex.radius,
+            Self::Mesh(mesh) => mesh.inner_radius(),
+        }
+    }
+
     /// The core of a sphere or capsule, placed by `frame`; `None` for other solids.
     pub fn core_segment(&self, frame: &Pose) -> Option<LineSegment> {
         match self {
@@ -163,6 +172,16 @@ impl Core {
             Self::Triangle(corners) => return Aabb::of_points(*corners),
         };
         Aabb { min: -half, max: half }
+    }
+
+    /// The radius of a ball in the core about the centre of its bounding box, m.
+    fn inner_radius(&self) -> f64 {
+        match self {
+            Self::Point | Self::LineSegment { .. } | Self::Triangle(_) => 0.0,
+            Self::Box { half_extents } => half_extents.min_element(),
+            Self::Cylinder { radius, half_length } => radius.min(*half_length),
+            Self::Hull(hull) => hull.inner_radius(),
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use std::cell::Cell;
 use glam::DVec3;
 
 use crate::geometry::bvh::{Aabb, Bvh};
+use crate::geometry::distance::point_triangle_distance_squared;
 use crate::geometry::tuning::LEAF_TRIANGLES_MAX;
 
 /// A triangle mesh in its own frame.
@@ -89,6 +90,21 @@ impl Mesh {
         RAYS.iter()
             .find_map(|&direction| self.winding_along(point, direction))
             .is_none_or(|winding| winding != 0)
+    }
+
+    /// Distance from the centre of the bounding box to the surface, m; 0 if it is not known to lie
+    /// inside.
+    pub fn inner_radius(&self) -> f64 {
+        let center = self.aabb.center();
+        let is_inside = |direction: &DVec3| {
+            self.winding_along(center, *direction).is_some_and(|winding| winding != 0)
+        };
+        if !self.is_closed || !RAYS.iter().all(is_inside) {
+            return 0.0;
+        }
+        let distances = (0..self.triangles.len())
+            .map(|triangle| point_triangle_distance_squared(center, self.corners(triangle)));
+        libm::sqrt(distances.fold(f64::INFINITY, f64::min))
     }
 
     /// The winding number of the surface about the start of a ray; `None` if the ray passes too

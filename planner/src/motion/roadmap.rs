@@ -299,6 +299,11 @@ impl Roadmap {
         self.boundaries.len() - 1
     }
 
+    /// Number of boundaries.
+    pub fn boundaries_len(&self) -> usize {
+        self.boundaries.len()
+    }
+
     /// The boundary of an index.
     pub fn boundary(&self, index: usize) -> &Boundary {
         &self.boundaries[index]

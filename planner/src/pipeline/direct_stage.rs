@@ -32,8 +32,11 @@ const WIDE: (f64, f64) = (0.3, 1.4);
 /// Smallest turn (rad) and distance (m) of a way on which turns come early or late, too.
 const EARLY_TURN_MIN: f64 = 0.5;
 const EARLY_DISTANCE_MIN: f64 = 0.3;
-/// Work units after which stage P searches a route.
-const WORK_MAX: u64 = 20_000;
+/// Smallest turn (rad) and distance (m) of a way on which both may be separated.
+const SEPARATE: (f64, f64) = (0.3, 0.1);
+/// Work units after which the turn and the way are separated, and stage P searches a route.
+const MIXED_WORK_MAX: u64 = 4_000;
+const WORK_MAX: u64 = 30_000;
 
 /// Searches the cheapest path of direct steps, and tests it. One unit of work for each placement
 /// that the search expands, and for each test.
@@ -62,8 +65,14 @@ impl DirectStage {
         let collision = &context.constraints.collision;
         let limits = context.preparation.step_limits();
         let has_path = search.direct.advance(limits, |soles| collision.feet_hit(soles));
-        if has_path == Some(false) || search.stats.work > WORK_MAX {
-            return Ok(Event::NewRoute);
+        let may_separate = !search.direct.is_separate && is_separable(search);
+        let work_max = if may_separate { MIXED_WORK_MAX } else { WORK_MAX };
+        if has_path == Some(false) || search.stats.work > work_max {
+            if !may_separate {
+                return Ok(Event::NewRoute);
+            }
+            search.direct.begin_separate();
+            return Ok(Event::Continue);
         }
         (search.direct.tests.next, search.direct.tests.has_failed) = (has_path.map(|_| 0), false);
         Ok(Event::Continue)
@@ -136,28 +145,70 @@ fn add_placements(context: &PlanningContext, search: &mut Search) {
             });
         }
     }
+    if search.direct.is_separate {
+        return add_separate(context, search);
+    }
     for vertex in 0..=last {
-        let widths = widths_at(context, search, vertex);
+        let widths = widths_at(context, search, vertex, turn_of(search));
         for pose in poses_at(search, vertex) {
-            for (width, limb) in widths.iter().flat_map(|&width| [(width, 0), (width, 1)]) {
-                let world_from_sole = pose.world_from_ideal_sole(limb, width);
-                let (foothold, is_rejected) = (None, false);
-                let placement =
-                    StepPlacement { limb, world_from_sole, vertex, foothold, is_rejected };
-                search.direct.add(placement);
-            }
+            add_at(search, &pose, vertex, &widths);
+        }
+    }
+}
+
+/// Adds the placements of both feet at a pose.
+fn add_at(search: &mut Search, pose: &MidFeetPose, vertex: usize, widths: &[f64]) {
+    for (&width, limb) in widths.iter().flat_map(|width| [(width, 0), (width, 1)]) {
+        let world_from_sole = pose.world_from_ideal_sole(limb, width);
+        let (foothold, is_rejected) = (None, false);
+        search.direct.add(StepPlacement { limb, world_from_sole, vertex, foothold, is_rejected });
+    }
+}
+
+/// Whether the way has a turn and a distance that can be separated.
+fn is_separable(search: &Search) -> bool {
+    let [start, goal] = search.route.ends();
+    turn_of(search).abs() >= SEPARATE.0 && start.horizontal_offset_to(&goal).length() >= SEPARATE.1
+}
+
+/// Adds the placements of a turn on the spot at the start and a walk without a turn, and of such a
+/// walk and a turn at the goal. Steps that walk and turn at once are beyond some robots.
+fn add_separate(context: &PlanningContext, search: &mut Search) {
+    let [start, goal] = search.route.ends();
+    let turn = turn_of(search);
+    let last = search.route.route().vertex_count() - 1;
+    let distance = start.horizontal_offset_to(&goal).length();
+    let [turns, strides] = [turn.abs() / SPACING.1, distance / SPACING.0]
+        .map(|count| (libm::ceil(count) as usize).clamp(1, INTERVALS_MAX));
+    for (turning, walking, vertex) in [(start, goal, 0), (goal, start, last)] {
+        let widths = widths_at(context, search, vertex, turn);
+        for index in 0..=turns {
+            let yaw = start.yaw + turn * index as f64 / turns as f64;
+            add_at(search, &MidFeetPose { yaw, ..turning }, vertex, &widths);
+        }
+        let widths = widths_at(context, search, vertex, 0.0);
+        for index in 0..=strides {
+            let fraction = index as f64 / strides as f64;
+            let position = start.position.lerp(goal.position, fraction);
+            let pose = MidFeetPose { position, yaw: walking.yaw };
+            add_at(search, &pose, index * last / strides, &widths);
         }
     }
 }
 
 /// The stance widths of the placements at a vertex, m: that of the route, that of the gait, and on
-/// a turn a wide one.
-fn widths_at(context: &PlanningContext, search: &Search, vertex: usize) -> heapless::Vec<f64, 3> {
+/// a `turn` (rad) a wide one.
+fn widths_at(
+    context: &PlanningContext,
+    search: &Search,
+    vertex: usize,
+    turn: f64,
+) -> heapless::Vec<f64, 3> {
     let route = search.route.route();
     let [left, right] = [0, 1].map(|limb| route.world_from_ideal_sole(vertex, limb, 1.0));
     let route_width = left.translation.distance(right.translation);
     let gait_width = context.preparation.gait().width;
-    let is_turn = turn_of(search).abs() >= WIDE.0;
+    let is_turn = turn.abs() >= WIDE.0;
     let wide = is_turn.then(|| WIDE.1 * route_width.max(gait_width));
     let mut widths: heapless::Vec<f64, 3> = heapless::Vec::new();
     for width in [Some(route_width), Some(gait_width), wide].into_iter().flatten() {

@@ -16,7 +16,7 @@ use crate::motion::ids::FootholdId;
 use crate::preparation::step_limits::StepLimits;
 
 /// Most placements of both feet.
-pub(crate) const PLACEMENTS_MAX: usize = 400;
+pub(crate) const PLACEMENTS_MAX: usize = 416;
 /// Cost of a step in addition to its effort, m^3: a long step costs less than two short ones.
 const STEP_BASE: f64 = 0.4;
 
@@ -93,6 +93,8 @@ pub(crate) struct DirectSteps {
     pub is_tried: bool,
     /// Whether the current sequence is one of direct steps.
     pub is_active: bool,
+    /// Whether the placements are those of turns on the spot, and of walks without a turn.
+    pub is_separate: bool,
     /// Whether a path is being searched.
     is_searching: bool,
     /// The tests of the path.
@@ -162,6 +164,7 @@ impl DirectSteps {
             path: reserve(PLACEMENTS_MAX),
             is_tried: false,
             is_active: false,
+            is_separate: false,
             is_searching: false,
             tests: PathTests::default(),
             known: KnownEfforts { sorted: reserve(KNOWN_MAX) },
@@ -173,6 +176,14 @@ impl DirectSteps {
         if self.placements.len() < PLACEMENTS_MAX {
             self.placements.push(placement);
         }
+    }
+
+    /// Begins again with other placements. Known efforts of offsets between placements stay.
+    pub fn begin_separate(&mut self) {
+        self.placements.clear();
+        self.steps.fill(UNKNOWN);
+        (self.is_separate, self.is_searching) = (true, false);
+        self.tests = PathTests::default();
     }
 
     /// The placements of a step of the path.

@@ -8,8 +8,8 @@ use crate::base::capacity::ArenaFull;
 use crate::constraints::mode::StartBalance;
 use crate::motion::ids::FootholdId;
 use crate::motion::roadmap::Boundary;
-use crate::pipeline::endpoints::{Endpoint, foothold_at, stand_in, stand_on};
-use crate::pipeline::outcome::{EndpointError, Outcome};
+use crate::pipeline::endpoints::{Endpoint, OFFSET_MAX, foothold_at, stand_in, stand_within};
+use crate::pipeline::outcome::Outcome;
 use crate::pipeline::retrace::Retrace;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
@@ -55,6 +55,11 @@ impl EndpointStage {
         let stance = rest_state.stance_pose()?;
         self.start = StancePose { stance_width: self.goal.stance_width, ..stance };
         Some(self.start)
+    }
+
+    /// The stances of start and goal.
+    pub fn stances(&self) -> [&StancePose; 2] {
+        [&self.start, &self.goal]
     }
 
     /// Distance between the feet at the start, m.
@@ -112,15 +117,16 @@ impl EndpointStage {
     ) -> Result<[Endpoint; 2], Outcome> {
         let PlanningContext { constraints, surfaces, .. } = context;
         let scratch = &mut search.footholds.scratch[0];
-        let mut stand_on_stance = |stance: &StancePose| -> Result<Endpoint, EndpointError> {
-            stand_on(constraints, surfaces, scratch, stance)
+        let mut stand_at = |stance: &StancePose, offset_max: f64| {
+            stand_within(constraints, surfaces, scratch, (stance, offset_max))
         };
         let start = match &self.rest_state {
             Some(state) => stand_in(constraints, state),
-            None => stand_on_stance(&self.start),
+            None => stand_at(&self.start, OFFSET_MAX),
         };
         let start = start.map_err(Outcome::StartInvalid)?;
-        let goal = stand_on_stance(&self.goal).map_err(Outcome::GoalInvalid)?;
+        let offset_max = OFFSET_MAX.min(self.position_tolerance);
+        let goal = stand_at(&self.goal, offset_max).map_err(Outcome::GoalInvalid)?;
         let goal =
             if self.rest_state.is_none() && self.is_start_goal() { start.clone() } else { goal };
         Ok([start, goal])

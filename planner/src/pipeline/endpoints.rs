@@ -1,11 +1,12 @@
 //! The robot at the start and at the goal: on both feet on a given stance, or in the state in which
 //! it is [Grey 4.4.1].
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::yaw_of;
+use surefoot_shared_types::base::spatial::{rotation_about, yaw_of};
 use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::{Contact, RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
@@ -35,7 +36,7 @@ const LEG_EXTENSIONS: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
 /// Lowest and highest ground relative to a wanted sole pose, m.
 const GROUND_Z: [f64; 2] = [-0.1, 0.1];
 /// Greatest horizontal distance of a foothold from a wanted sole pose, m.
-const OFFSET_MAX: f64 = 0.03;
+pub(crate) const OFFSET_MAX: f64 = 0.03;
 /// Limits of the query for ground near a wanted sole pose.
 const GROUND_LIMITS: SampleLimits =
     SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
@@ -51,8 +52,12 @@ pub struct Endpoint {
     pub support: SupportMode,
 }
 
+/// Distances and directions of the offsets at which a sole is tried, and a whole stance.
+const SOLE_OFFSETS: [usize; 2] = [6, 12];
+const STANCE_OFFSETS: [usize; 2] = [3, 8];
+
 /// Puts the robot on a stance: exactly there where the ground is level, else on the nearest ground
-/// that supports each sole.
+/// that supports each sole, at most [`OFFSET_MAX`] aside.
 ///
 /// # Errors
 /// A sole has no support, or no posture over both soles meets the constraints.
@@ -62,12 +67,76 @@ pub fn stand_on(
     scratch: &mut Scratch,
     stance: &StancePose,
 ) -> Result<Endpoint, EndpointError> {
+    stand_within(constraints, surfaces, scratch, (stance, OFFSET_MAX))
+}
+
+/// Does the same at most `offset_max` (m) aside: first on the given poses, then with each sole that
+/// does not fit moved aside alone, then with both soles moved by the same offset.
+///
+/// # Errors
+/// Those on the given poses.
+pub(crate) fn stand_within(
+    constraints: &Constraints,
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    (stance, offset_max): (&StancePose, f64),
+) -> Result<Endpoint, EndpointError> {
     let soles = stance.world_from_soles();
-    let left = foothold_near(constraints, surfaces, scratch, 0, &soles[0])?;
-    let right = foothold_near(constraints, surfaces, scratch, 1, &soles[1])?;
-    let footholds = [left, right];
-    let state = stand(constraints, &footholds, stance.yaw)?;
-    Ok(Endpoint { footholds, state, support: SupportMode::Double })
+    let mut near = |limb: usize| foothold_near(constraints, surfaces, scratch, limb, &soles[limb]);
+    let exact = [near(0), near(1)];
+    let stand_over = |footholds: [Foothold; 2]| -> Result<Endpoint, EndpointError> {
+        let state = stand(constraints, &footholds, stance.yaw)?;
+        Ok(Endpoint { footholds, state, support: SupportMode::Double })
+    };
+    let endpoint = match exact.clone() {
+        [Ok(left), Ok(right)] => stand_over([left, right]),
+        [Err(error), _] | [_, Err(error)] => Err(error),
+    };
+    let Err(error) = endpoint else { return endpoint };
+    if !may_fit_aside(&error) {
+        return Err(error);
+    }
+    let mut moved = |limb: usize, offset: DVec3| {
+        let pose = Pose::from_parts(soles[limb].translation + offset, soles[limb].rotation);
+        // The foot must also be able to leave.
+        let is_free = constraints.collision.foot_hit(limb, &pose, FootPhase::LiftOff).is_none();
+        is_free.then(|| foothold_at(constraints, surfaces, scratch, limb, &pose).ok())?
+    };
+    let alone = [0, 1].map(|limb| {
+        let mut aside = || offsets(SOLE_OFFSETS, offset_max).find_map(|by| moved(limb, by));
+        exact[limb].clone().ok().or_else(&mut aside)
+    });
+    if let [Some(left), Some(right)] = alone
+        && let Ok(endpoint) = stand_over([left, right])
+    {
+        return Ok(endpoint);
+    }
+    let mut together = offsets(STANCE_OFFSETS, offset_max)
+        .filter_map(|by| stand_over([moved(0, by)?, moved(1, by)?]).ok());
+    together.next().ok_or(error)
+}
+
+/// Whether a place a little aside may serve where one does not.
+fn may_fit_aside(error: &EndpointError) -> bool {
+    match error {
+        EndpointError::Unsupported { reason, .. } => {
+            !matches!(reason, NoSupport::InvalidSole | NoSupport::TooSteep | NoSupport::FacesDown)
+        }
+        EndpointError::FootCollides { .. } => true,
+        EndpointError::NoPosture { rejection, .. } => *rejection == Rejection::Collision,
+        EndpointError::UnknownStance => false,
+    }
+}
+
+/// Horizontal offsets up to `offset_max` (m), the smallest first.
+fn offsets([distances, directions]: [usize; 2], offset_max: f64) -> impl Iterator<Item = DVec3> {
+    (1..=distances).flat_map(move |step| {
+        let distance = offset_max * step as f64 / distances as f64;
+        (0..directions).map(move |direction| {
+            let (sin, cos) = libm::sincos(TAU * direction as f64 / directions as f64);
+            DVec3::new(distance * cos, distance * sin, 0.0)
+        })
+    })
 }
 
 /// Smallest support area under a foot that stands already, m2.
@@ -272,7 +341,7 @@ pub(crate) fn stand(
     let mode = double_mode(&footholds[0], &footholds[1]);
     let world_from_soles = [footholds[0].world_from_sole, footholds[1].world_from_sole];
     let middle: DVec2 = 0.5 * (footholds[0].region.centroid() + footholds[1].region.centroid());
-    let world_from_root = surefoot_shared_types::base::spatial::rotation_about(glam::DVec3::Z, yaw);
+    let world_from_root = rotation_about(DVec3::Z, yaw);
     let mut fault = None;
     for extension in LEG_EXTENSIONS {
         let posture = Posture {

@@ -4,6 +4,7 @@ use crate::base::capacity::ArenaFull;
 use crate::collision::model::Hit;
 use crate::constraints::rejection::Rejection;
 use crate::foot_placement::sole_support::NoSupport;
+use crate::relaxation::Obstruction;
 
 /// What a step of the planner leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +24,8 @@ pub enum Outcome {
     BudgetExhausted(Bound),
     /// An arena is full.
     ArenaFull(ArenaFull),
+    /// The relaxed problem has no solution, so there is no plan.
+    Impossible(Obstruction),
     /// The robot cannot stand at the start.
     StartInvalid(EndpointError),
     /// The robot cannot stand at the goal.
@@ -73,17 +76,9 @@ impl Outcome {
             Self::ArenaFull(full) => {
                 format!("no plan: the arena planner.{} is full; raise it", full.parameter())
             }
+            Self::Impossible(_) => "no plan is possible".into(),
             Self::StartInvalid(error) => format!("the start is invalid: {}", error.describe()),
             Self::GoalInvalid(error) => format!("the goal is invalid: {}", error.describe()),
-        }
-    }
-
-    /// The pair that is too near where the robot would stand, if that is why it cannot.
-    pub fn hit(&self) -> Option<Hit> {
-        match self {
-            Self::StartInvalid(EndpointError::NoPosture { hit, .. })
-            | Self::GoalInvalid(EndpointError::NoPosture { hit, .. }) => *hit,
-            _ => None,
         }
     }
 
@@ -93,6 +88,7 @@ impl Outcome {
             Self::Found => "found",
             Self::BudgetExhausted(_) => "budget_exhausted",
             Self::ArenaFull(_) => "arena_full",
+            Self::Impossible(_) => "impossible",
             Self::StartInvalid(_) => "start_invalid",
             Self::GoalInvalid(_) => "goal_invalid",
         }

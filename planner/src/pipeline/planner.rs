@@ -7,6 +7,7 @@
 //! | --- | --- | --- |
 //! | Endpoints | the robot at the start and at the goal | 4.4.1 |
 //! | Route | a guide route, with the crouch profile (stage P) | 3, 4.1-4.3 |
+//! | Relaxation | the proof that there is no plan, where it is easy | |
 //! | DirectSteps | footholds of steps straight to a near goal | 4.4.2 |
 //! | Segmentation | segments of the route that share their end states | 3.2 |
 //! | Footholds | footholds along the route | 4.2, 4.4.4 |
@@ -43,8 +44,10 @@ use crate::pipeline::direct_stage::DirectStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
 use crate::pipeline::outcome::{Bound, Outcome, Status};
+use crate::pipeline::outcome_text;
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
+use crate::pipeline::relaxation_stage::{self, RelaxationStage};
 use crate::pipeline::retrace::{Retrace, steps_retraced};
 use crate::pipeline::route_stage::RouteStage;
 use crate::pipeline::search::{Search, SearchStats};
@@ -58,6 +61,7 @@ use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::{Event, Stage, WorkCategory};
 use crate::pipeline::stage_table;
 use crate::preparation::planning_context::PlanningContext;
+use crate::relaxation::Obstruction;
 use crate::timing::path_point::{PathPoint, PathSpan};
 
 /// Work units between two calls of the condition of [`Planner::step_while`].
@@ -77,6 +81,7 @@ pub struct Planner {
 pub(crate) struct Stages {
     pub endpoints: EndpointStage,
     pub route: RouteStage,
+    pub relaxation: RelaxationStage,
     pub segmentation: SegmentationStage,
     pub primitives: PrimitiveStage,
     pub sequence: SequenceStage,
@@ -98,6 +103,7 @@ impl Stages {
         match stage {
             Stage::Endpoints => self.endpoints.step(context, search, budget),
             Stage::Route => self.route.step(context, search, budget),
+            Stage::Relaxation => self.relaxation.step(context, search, budget),
             Stage::DirectSteps => DirectStage.step(context, search, budget),
             Stage::Segmentation => self.segmentation.step(context, search, budget),
             Stage::Footholds => FootholdStage.step(context, search, budget),
@@ -211,9 +217,27 @@ impl Planner {
         self.stages.chunks.digest()
     }
 
+    /// Why no plan is possible, if the relaxed problem shows it, whatever the search has found: for
+    /// tests and measurements. `None` before start and goal are known. Allocates.
+    pub fn obstruction(&self) -> Option<Obstruction> {
+        relaxation_stage::obstruction(&self.context, &self.search)
+    }
+
+    /// Searches on where the relaxed problem shows that no plan is possible: for tests of what it
+    /// shows.
+    pub fn search_on(&mut self) {
+        self.stages.route.skip_relaxation();
+    }
+
     /// The statistics of the search.
     pub fn stats(&self) -> SearchStats {
         self.search.stats
+    }
+
+    /// The outcome as one line for a person: what ended the search and what to do about it.
+    /// Allocates.
+    pub fn describe(&self, outcome: &Outcome) -> String {
+        outcome_text::describe(&self.context, self.stages.endpoints.stances(), outcome)
     }
 
     /// The place where most sequences failed, if any did.
@@ -269,8 +293,9 @@ impl Planner {
             + search.footholds.selection.bytes()
             + search.direct.bytes()
             + nearest_vertices;
+        let possibility = search.route.bytes() + search.crouch.bytes() + stages.relaxation.bytes();
         [
-            ("possibility", search.route.bytes() + search.crouch.bytes()),
+            ("possibility", possibility),
             ("roadmap", search.roadmap.bytes()),
             ("batches", search.batch.bytes()),
             ("sequences", sequences),

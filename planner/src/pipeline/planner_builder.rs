@@ -29,6 +29,7 @@ use crate::pipeline::outcome::Outcome;
 use crate::pipeline::planner::{Planner, Stages};
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
+use crate::pipeline::relaxation_stage::RelaxationStage;
 use crate::pipeline::retrace::{Retrace, lift_off_before};
 use crate::pipeline::route_stage::RouteStage;
 use crate::pipeline::search::{Connections, FootholdSampling, Search, SearchStats};
@@ -177,6 +178,7 @@ impl<'a> PlannerBuilder<'a> {
                 endpoints.stance_width(),
             ),
             endpoints,
+            relaxation: RelaxationStage::new(&context),
             segmentation: SegmentationStage::default(),
             primitives: PrimitiveStage::default(),
             sequence: SequenceStage::new(

@@ -11,6 +11,10 @@ use crate::pipeline::stage::Event;
 use crate::possibility::{CrouchContext, Progress, StageContext, UpperBody, UpperBodyFit};
 use crate::preparation::planning_context::PlanningContext;
 
+/// Work units in which most routes are found. Without a route after them, the relaxed problem is
+/// tried.
+const WORK_BEFORE_RELAXATION: u64 = 1_500;
+
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
 /// must crouch, also chooses how far at each vertex. Gamma_P and the route stand in [`Search`].
 #[derive(Debug)]
@@ -21,17 +25,32 @@ pub(crate) struct RouteStage {
     stance_width: f64,
     /// Whether a route is found and its crouch profile is being chosen.
     is_crouching: bool,
+    /// Whether the relaxed problem is solved, or left out.
+    is_relaxed: bool,
+    /// Work units that may be spent before the relaxed problem is tried.
+    work_before_relaxation: u64,
 }
 
 impl RouteStage {
     /// For a robot whose feet are `stance_width` (m) apart.
     pub fn new(upper_body: UpperBody, stance_width: f64) -> Self {
-        Self { upper_body, stance_width, is_crouching: false }
+        Self {
+            upper_body,
+            stance_width,
+            is_crouching: false,
+            is_relaxed: false,
+            work_before_relaxation: WORK_BEFORE_RELAXATION,
+        }
     }
 
     /// Sets the distance between the feet, m.
     pub fn set_stance_width(&mut self, stance_width: f64) {
         self.stance_width = stance_width;
+    }
+
+    /// Leaves the relaxed problem out.
+    pub fn skip_relaxation(&mut self) {
+        self.is_relaxed = true;
     }
 
     /// Grows the trees of stage P, or chooses the crouch profile.
@@ -50,9 +69,19 @@ impl RouteStage {
         if self.begin_direct_steps(context, search) {
             return Ok(Event::Near);
         }
-        match self.grow(context, search, budget) {
+        let is_relaxed = self.is_relaxed || search.stats.routes > 0;
+        let limit = if is_relaxed { budget } else { budget.min(self.work_before_relaxation) };
+        if limit == 0 && budget > 0 {
+            self.is_relaxed = true;
+            return Ok(Event::NoRouteYet);
+        }
+        match self.grow(context, search, limit) {
             Progress::Growing => return Ok(Event::Continue),
             Progress::Route => {}
+            Progress::Exhausted if !is_relaxed => {
+                self.is_relaxed = true;
+                return Ok(Event::NoRouteYet);
+            }
             Progress::Full if search.stats.routes == 0 => return Err(ArenaFull::TreeVertices),
             Progress::Exhausted if search.stats.routes == 0 => {
                 search.stats.used_straight_line = true;
@@ -105,8 +134,9 @@ impl RouteStage {
     }
 
     /// Grows the trees by at most `budget` units of work.
-    fn grow(&self, context: &PlanningContext, search: &mut Search, budget: u64) -> Progress {
+    fn grow(&mut self, context: &PlanningContext, search: &mut Search, budget: u64) -> Progress {
         let (progress, spent) = search.route.advance(&self.context(context), budget);
+        self.work_before_relaxation = self.work_before_relaxation.saturating_sub(spent);
         search.stats.work += spent;
         search.stats.tree_edges = search.route.labelled();
         progress

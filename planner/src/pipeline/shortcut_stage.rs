@@ -9,7 +9,7 @@ use crate::motion::indexed_heap::IndexHeap;
 use crate::motion::roadmap::{ModeEdge, Roadmap};
 use crate::motion::shortcut::{Pass, distance, length};
 use crate::pipeline::search::Search;
-use crate::pipeline::stage::Event;
+use crate::pipeline::stage::{Event, WorkCategory};
 use crate::preparation::planning_context::PlanningContext;
 
 /// A motion whose detour ratio, the straight distance relative to its length, is greater than this
@@ -139,13 +139,15 @@ impl ShortcutStage {
     }
 }
 
-/// The work at which the shortcuts of a complete plan end: a share of the work so far, and no more
-/// than leaves enough to rank its motions and to write its chunks.
+/// The work at which the shortcuts of a complete plan end: a share of the work so far without that
+/// of the relaxed problem, which makes nothing, and no more than leaves enough to rank its motions
+/// and to write its chunks.
 pub(crate) fn shortcut_work_end(context: &PlanningContext, search: &Search) -> u64 {
     let (edges, waypoints) = (search.segmentation.plan().len(), search.roadmap.waypoints_len());
     let chunks_work = (3 * edges + waypoints / (CHUNK_WAYPOINTS_MAX - 1) + 1) as u64;
     let work = search.stats.work;
-    let wanted = (context.constraints.config.shortcut_work_share * work as f64) as u64;
+    let counted = work - search.stats.work_by_category[WorkCategory::Relaxation as usize];
+    let wanted = (context.constraints.config.shortcut_work_share * counted as f64) as u64;
     work.saturating_add(wanted).min(search.work_max.saturating_sub(chunks_work))
 }
 

@@ -7,6 +7,8 @@ pub enum Stage {
     Endpoints,
     /// Stage P finds a guide route [Grey 3, 4.1-4.3].
     Route,
+    /// The relaxed problem shows whether there can be a plan.
+    Relaxation,
     /// The fewest steps straight to a near goal are searched and tested [Grey 4.4.2].
     DirectSteps,
     /// The route is divided into segments [Grey 3.2].
@@ -44,6 +46,7 @@ impl Stage {
     pub fn category(self) -> Option<WorkCategory> {
         match self {
             Self::Endpoints => Some(WorkCategory::Endpoints),
+            Self::Relaxation => Some(WorkCategory::Relaxation),
             Self::Route | Self::Segmentation => Some(WorkCategory::Route),
             Self::Footholds | Self::DirectSteps => Some(WorkCategory::Footholds),
             Self::Connections | Self::Estimates => Some(WorkCategory::Transitions),
@@ -73,6 +76,10 @@ pub enum Event {
     NewRoute,
     /// The route has a detour within the current segment.
     Detour,
+    /// Stage P finds no first route quickly.
+    NoRouteYet,
+    /// The relaxed problem has no solution.
+    Impossible,
     /// Stage P finds no further route.
     NoFurtherRoute,
     /// A segment's sequence cannot be completed.
@@ -107,6 +114,8 @@ pub enum WorkCategory {
     Endpoints,
     /// Finding a guide route and dividing it into segments.
     Route,
+    /// Solving the relaxed problem.
+    Relaxation,
     /// Sampling footholds.
     Footholds,
     /// Connecting footholds and estimating the costs of their transitions.
@@ -125,11 +134,12 @@ pub enum WorkCategory {
 
 impl WorkCategory {
     /// Number of categories.
-    pub const COUNT: usize = 9;
+    pub const COUNT: usize = 10;
     /// Names in reports, by discriminant.
     pub const NAMES: [&'static str; Self::COUNT] = [
         "endpoints",
         "route",
+        "relaxation",
         "footholds",
         "transitions",
         "sequence",

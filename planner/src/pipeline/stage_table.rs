@@ -20,12 +20,15 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 33] = [
+pub const TRANSITIONS: [Transition; 36] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
     row(Stage::Route, Event::Near, Stage::DirectSteps),
     row(Stage::DirectSteps, Event::Done, Stage::Segments),
     row(Stage::DirectSteps, Event::NewRoute, Stage::Route),
+    row(Stage::Route, Event::NoRouteYet, Stage::Relaxation),
+    row(Stage::Relaxation, Event::Done, Stage::Route),
+    row(Stage::Relaxation, Event::Impossible, Stage::Over),
     row(Stage::Route, Event::NewRoute, Stage::Segmentation),
     row(Stage::Route, Event::Detour, Stage::Footholds),
     row(Stage::Route, Event::NoFurtherRoute, Stage::Connections),

@@ -1,0 +1,29 @@
+//! The relaxed problem: what every plan needs, without postures, balance and most collisions. Where
+//! it has no solution, no search finds a plan, and the obstruction is named at once.
+//!
+//! Two conditions are tested on a coarse grid, and both are necessary:
+//!
+//! - *Steps.* Every sole touches ground that is flat enough, and the soles of a stance are at most
+//!   [`StepLimits::reach`](crate::preparation::step_limits::StepLimits::reach) apart, since stage M
+//!   connects no others. So the ground of the goal is reached from that of the start by steps
+//!   between touched points of at most that reach and the extents of both soles.
+//! - *Passage.* A ball that the root contains moves from start to goal without touching the world,
+//!   and always within a leg's reach of ground that steps reach.
+//!
+//! Every rounding makes more possible: ground fills each voxel that it may touch, distances are
+//! those of the nearest points of two voxels, and the ball is stopped between two voxels only if it
+//! touches the world wherever its centre crosses the face between them. The grid is bounded; where
+//! a search comes to its border, or a bound is reached, nothing is claimed.
+
+pub(crate) mod ball_search;
+pub(crate) mod gap_search;
+pub(crate) mod grid;
+pub(crate) mod ground;
+pub(crate) mod obstruction;
+pub(crate) mod relaxed_problem;
+pub(crate) mod step_search;
+
+pub use obstruction::{Blockage, GroundGap, Obstruction, SteepGround};
+pub(crate) use relaxed_problem::{RelaxedEnd, RelaxedOutcome, RelaxedProblem, RelaxedWorld};
+
+mod tuning;

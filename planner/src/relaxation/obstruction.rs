@@ -1,0 +1,110 @@
+//! Why the relaxed problem has no solution.
+
+use glam::DVec3;
+
+use crate::collision::model::CollisionModel;
+
+/// Why no plan leads from start to goal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Obstruction {
+    /// Ground that no step connects.
+    Gap(GroundGap),
+    /// The root cannot pass.
+    Blockage(Blockage),
+}
+
+/// The missing ground between two parts that no step connects.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroundGap {
+    /// Where the ground that is reached from the start ends, m.
+    pub from: DVec3,
+    /// The nearest ground from which the goal is reached, m.
+    pub to: DVec3,
+    /// Upper bound of the distance between points that the feet of a stance touch, m.
+    pub span_max: f64,
+    /// Ground between both that is too steep to stand on.
+    pub steep: Option<SteepGround>,
+}
+
+/// Ground that is too steep to stand on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteepGround {
+    /// Its angle from the horizontal, rad.
+    pub angle: f64,
+    /// The greatest angle of ground that supports a sole, rad.
+    pub limit: f64,
+}
+
+/// A shape that closes all ways.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Blockage {
+    /// The shape of the world.
+    pub shape: usize,
+    /// Where it blocks, as near to the goal as the root comes, m.
+    pub at: DVec3,
+    /// Radius of a ball that the root contains, m.
+    pub radius: f64,
+    /// Greatest distance of the ball's centre from the ground, m.
+    pub reach: f64,
+}
+
+impl Obstruction {
+    /// The obstruction as a clause for messages.
+    pub fn describe(&self, collision: &CollisionModel) -> String {
+        match self {
+            Self::Gap(gap) => gap.describe(),
+            Self::Blockage(blockage) => blockage.describe(collision),
+        }
+    }
+}
+
+impl GroundGap {
+    /// Horizontal distance and rise, m.
+    pub fn size(&self) -> [f64; 2] {
+        let offset = self.to - self.from;
+        [offset.truncate().length(), offset.z]
+    }
+
+    fn describe(&self) -> String {
+        let [width, rise] = self.size();
+        let steep = self.steep.as_ref().map(SteepGround::describe).unwrap_or_default();
+        format!(
+            "from {} no step leads on to {}, the nearest ground that leads to the goal, \
+             {width:.2} m away and {:.2} m {}: the feet touch points at most {:.2} m apart{steep}",
+            point(self.from),
+            point(self.to),
+            rise.abs(),
+            if rise < 0.0 { "lower" } else { "higher" },
+            self.span_max
+        )
+    }
+}
+
+impl SteepGround {
+    fn describe(&self) -> String {
+        format!(
+            "; the ground between is {:.1} degrees steep, and the friction holds {:.1}",
+            self.angle.to_degrees(),
+            self.limit.to_degrees()
+        )
+    }
+}
+
+impl Blockage {
+    fn describe(&self, collision: &CollisionModel) -> String {
+        format!(
+            "'{}' closes every way, here near {}: a ball of {:.2} m radius in the robot's root \
+             passes nowhere within {:.2} m of the ground that steps reach",
+            collision.shape_name(self.shape).unwrap_or_default(),
+            point(self.at),
+            self.radius,
+            self.reach
+        )
+    }
+}
+
+fn point(at: DVec3) -> String {
+    // A coordinate that rounds to zero has no sign.
+    let [x, y, z] = at.to_array().map(|value| if value.abs() < 5e-3 { 0.0 } else { value });
+    format!("x {x:.2}, y {y:.2}, z {z:.2} m")
+}

@@ -1,0 +1,312 @@
+//! The relaxed problem of one search: its bounds, its grid, and the order of its parts.
+
+use glam::DVec3;
+use heapless::Vec as BoundedVec;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::model::JointKind;
+
+use crate::constraints::constraints::Constraints;
+use crate::foot_placement::Surfaces;
+use crate::geometry::bvh::Aabb;
+use crate::relaxation::ball_search::{BallSearch, Passage};
+use crate::relaxation::gap_search::GapSearch;
+use crate::relaxation::grid::{Disc, Grid};
+use crate::relaxation::ground::{add_element, bounds_of};
+use crate::relaxation::obstruction::{Blockage, Obstruction};
+use crate::relaxation::step_search::StepSearch;
+use crate::relaxation::tuning::{
+    COLUMNS_MAX, COLUMNS_PER_UNIT, ELEMENTS_PER_UNIT, PART_MARGIN, TOLERANCE,
+};
+use crate::robot::bounding_spheres::BoundingSphere;
+use crate::robot::mechanism::Mechanism;
+
+/// What the relaxed problem reads.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RelaxedWorld<'a> {
+    /// The robot and the shapes of the world.
+    pub constraints: &'a Constraints,
+    /// The surfaces on which soles can rest.
+    pub surfaces: &'a Surfaces,
+    /// Upper bound of the distance between the soles of a stance, m.
+    pub step_reach: f64,
+}
+
+/// The start or the goal.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct RelaxedEnd {
+    /// The soles on the ground, m.
+    pub soles: BoundedVec<DVec3, 2>,
+    /// The root.
+    pub world_from_root: Pose,
+}
+
+/// The result of the relaxed problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum RelaxedOutcome {
+    /// Nothing.
+    Open,
+    /// There is no plan.
+    Obstructed(Obstruction),
+}
+
+/// Upper bounds of what the robot can do.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    /// Greatest distance of a point of a sole from its origin, m.
+    sole_radius: f64,
+    /// Greatest distance between points that the feet of a stance touch, m.
+    span: f64,
+    /// A ball in the root, in its frame.
+    ball: Option<BoundingSphere>,
+    /// Greatest distance of its centre from a point that a foot touches, m.
+    ball_reach: f64,
+}
+
+/// The part of the relaxed problem that is next.
+#[derive(Debug, Clone, Copy)]
+enum Part {
+    /// The bounds of the ground, from an element on.
+    Measure(u32, Aabb),
+    /// The voxels of the ground, from an element on.
+    Rasterize(u32),
+    /// The steps from the start.
+    StepsFromStart,
+    /// The steps from the goal, where those from the start do not reach it.
+    StepsFromGoal,
+    /// The gap between both, from a column on.
+    Gap(usize),
+    /// The reach of the legs, from a column on.
+    Reach(usize),
+    /// The way of the ball, from one end to the other.
+    Pass(usize),
+    Over(RelaxedOutcome),
+}
+
+/// The relaxed problem. All memory is reserved when it is made.
+#[derive(Debug)]
+pub(crate) struct RelaxedProblem {
+    bounds: Bounds,
+    ends: [RelaxedEnd; 2],
+    grid: Option<Grid>,
+    /// Whether there is ground beyond the grid.
+    is_clipped: bool,
+    ground: Vec<u64>,
+    disc: Disc,
+    steps: [StepSearch; 2],
+    gap: GapSearch,
+    ball: BallSearch,
+    part: Part,
+}
+
+impl RelaxedProblem {
+    /// A problem of a robot in a world, with reserved memory. Allocates.
+    pub fn new(world: &RelaxedWorld<'_>) -> Self {
+        Self {
+            bounds: Bounds::of(world),
+            ends: Default::default(),
+            grid: None,
+            is_clipped: false,
+            ground: vec![0; COLUMNS_MAX],
+            disc: Disc::new(),
+            steps: [StepSearch::new(), StepSearch::new()],
+            gap: GapSearch::new(),
+            ball: BallSearch::new(),
+            part: Part::Over(RelaxedOutcome::Open),
+        }
+    }
+
+    /// Begins between two ends.
+    pub fn begin(&mut self, ends: [RelaxedEnd; 2]) {
+        (self.ends, self.grid) = (ends, None);
+        self.part = Part::Measure(0, Aabb::EMPTY);
+    }
+
+    /// Does one unit of work. Returns what the problem shows, once it does.
+    pub fn advance(&mut self, world: &RelaxedWorld<'_>) -> Option<RelaxedOutcome> {
+        let part = match (self.part, self.grid) {
+            (Part::Over(verdict), _) => return Some(verdict),
+            (Part::Measure(first, bounds), _) => self.measure(world, first, bounds),
+            (_, None) => Part::Over(RelaxedOutcome::Open),
+            (Part::Rasterize(first), Some(grid)) => self.rasterize(world, &grid, first),
+            (Part::StepsFromStart, Some(grid)) => self.step_from_start(&grid),
+            (Part::StepsFromGoal, Some(grid)) => self.step_from_goal(&grid),
+            (Part::Gap(column), Some(grid)) => self.compare(world, &grid, column),
+            (Part::Reach(column), Some(grid)) => self.extend_reach(&grid, column),
+            (Part::Pass(end), Some(grid)) => self.pass(world, &grid, end),
+        };
+        self.part = part;
+        match part {
+            Part::Over(verdict) => Some(verdict),
+            _ => None,
+        }
+    }
+
+    /// Measures some elements. After the last, makes the grid of the whole ground or, if that is
+    /// too large, of the ground around start and goal.
+    fn measure(&mut self, world: &RelaxedWorld<'_>, first: u32, bounds: Aabb) -> Part {
+        let bounds = bounds.union(bounds_of(world.surfaces, first, ELEMENTS_PER_UNIT));
+        let next = first + ELEMENTS_PER_UNIT;
+        if next < world.surfaces.element_count() {
+            return Part::Measure(next, bounds);
+        }
+        let soles = || self.ends.iter().flat_map(|end| end.soles.iter().copied());
+        let around = self.bounds.span.max(self.bounds.ball_reach) + TOLERANCE;
+        let whole = bounds.union(Aabb::of_points(soles())).grown(around);
+        let mut part = Aabb::of_points(soles()).grown(PART_MARGIN);
+        (part.min.z, part.max.z) = (whole.min.z, whole.max.z);
+        let whole_grid = Grid::covering(&whole);
+        self.is_clipped = whole_grid.is_none();
+        self.grid = whole_grid.or_else(|| Grid::covering(&part)).filter(|grid| grid.columns() > 0);
+        match self.grid {
+            None => Part::Over(RelaxedOutcome::Open),
+            Some(grid) => {
+                self.ground[..grid.columns()].fill(0);
+                Part::Rasterize(0)
+            }
+        }
+    }
+
+    fn rasterize(&mut self, world: &RelaxedWorld<'_>, grid: &Grid, first: u32) -> Part {
+        let (mut next, mut spent) = (first, 0);
+        while next < world.surfaces.element_count() && spent < ELEMENTS_PER_UNIT as usize {
+            spent += add_element(world.surfaces, grid, &mut self.ground, next);
+            next += 1;
+        }
+        if next < world.surfaces.element_count() {
+            return Part::Rasterize(next);
+        }
+        if !self.disc.set(grid, self.bounds.span + TOLERANCE) {
+            return Part::Over(RelaxedOutcome::Open);
+        }
+        for (steps, end) in self.steps.iter_mut().zip(&self.ends) {
+            let radius = self.bounds.sole_radius + TOLERANCE;
+            steps.begin(grid, &self.ground, &end.soles, radius);
+        }
+        Part::StepsFromStart
+    }
+
+    fn step_from_start(&mut self, grid: &Grid) -> Part {
+        if !self.step(grid, 0) {
+            return Part::StepsFromStart;
+        }
+        let radius = self.bounds.sole_radius + TOLERANCE;
+        if !self.steps[0].reaches(grid, &self.ends[1].soles, radius) {
+            return Part::StepsFromGoal;
+        }
+        let Some(ball) = self.bounds.ball else { return Part::Over(RelaxedOutcome::Open) };
+        let shows = self.ball.begin(grid, ball.radius)
+            && self.disc.set(grid, self.bounds.ball_reach + TOLERANCE);
+        if shows { Part::Reach(0) } else { Part::Over(RelaxedOutcome::Open) }
+    }
+
+    /// The gap is real if one of both searches saw all ground that it reaches.
+    fn step_from_goal(&mut self, grid: &Grid) -> Part {
+        if !self.step(grid, 1) {
+            return Part::StepsFromGoal;
+        }
+        if self.is_clipped && self.steps.iter().all(|steps| steps.is_open) {
+            return Part::Over(RelaxedOutcome::Open);
+        }
+        self.gap.begin(grid, &self.steps[0]);
+        Part::Gap(0)
+    }
+
+    fn step(&mut self, grid: &Grid, end: usize) -> bool {
+        self.steps[end].advance(grid, &self.ground, &self.disc, self.bounds.span)
+    }
+
+    fn compare(&mut self, world: &RelaxedWorld<'_>, grid: &Grid, column: usize) -> Part {
+        let [from, to] = &self.steps;
+        self.gap.compare(grid, [from, to], column);
+        let edge = (column + 1..grid.columns()).find(|&next| to.is_edge(grid, next));
+        if let Some(next) = edge {
+            return Part::Gap(next);
+        }
+        let gap = self.gap.gap(grid, world.surfaces, self.bounds.span);
+        Part::Over(
+            gap.map_or(RelaxedOutcome::Open, |gap| {
+                RelaxedOutcome::Obstructed(Obstruction::Gap(gap))
+            }),
+        )
+    }
+
+    fn extend_reach(&mut self, grid: &Grid, first: usize) -> Part {
+        let reached = &self.steps[0].reached;
+        let columns = (first..grid.columns()).filter(|&column| reached[column] != 0);
+        let mut last = None;
+        for column in columns.take(COLUMNS_PER_UNIT) {
+            self.ball.extend(grid, &self.disc, column, reached[column]);
+            last = Some(column);
+        }
+        last.map_or_else(|| self.start_passing(grid, 1), |last| Part::Reach(last + 1))
+    }
+
+    /// Begins the way of the ball from an end: first from the goal, then from the
+    /// start. A closed space around either is small.
+    fn start_passing(&mut self, grid: &Grid, end: usize) -> Part {
+        let center = self.bounds.ball.map_or(DVec3::ZERO, |ball| ball.center);
+        let centers = [end, 1 - end].map(|end| self.ends[end].world_from_root * center);
+        let is_inside = self.ball.start(grid, centers);
+        if is_inside { Part::Pass(end) } else { Part::Over(RelaxedOutcome::Open) }
+    }
+
+    fn pass(&mut self, world: &RelaxedWorld<'_>, grid: &Grid, end: usize) -> Part {
+        let is_open = |column| self.is_clipped && grid.is_near_border(column, grid.cell);
+        let passage = self.ball.advance(grid, &world.constraints.collision, is_open);
+        let is_whole = !(self.is_clipped && self.steps[0].is_open);
+        match passage {
+            None => Part::Pass(end),
+            Some(Passage::Undecided) if end == 1 => self.start_passing(grid, 0),
+            Some(Passage::Closed(shape, at)) if is_whole => {
+                let (radius, reach) =
+                    (self.bounds.ball.map_or(0.0, |ball| ball.radius), self.bounds.ball_reach);
+                let blockage = Blockage { shape, at, radius, reach };
+                Part::Over(RelaxedOutcome::Obstructed(Obstruction::Blockage(blockage)))
+            }
+            Some(_) => Part::Over(RelaxedOutcome::Open),
+        }
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.ground.as_slice())
+            + self.disc.bytes()
+            + self.steps.iter().map(StepSearch::bytes).sum::<usize>()
+            + self.gap.bytes()
+            + self.ball.bytes()
+    }
+}
+
+impl Bounds {
+    /// The bounds of a robot. A leg with a prismatic joint has no bound of its reach, so there is
+    /// no ball.
+    fn of(world: &RelaxedWorld<'_>) -> Self {
+        let robot = &world.constraints.robot;
+        let radii = robot
+            .soles
+            .each_ref()
+            .map(|sole| sole.polygon.iter().map(|vertex| vertex.length()).fold(0.0, f64::max));
+        let is_revolute = |limb: usize| {
+            robot.legs[limb].joints().iter().all(|joint| joint.kind == JointKind::Revolute)
+        };
+        let ball = world.constraints.collision.root_ball();
+        let ball = ball.filter(|_| (0..2).all(is_revolute));
+        let center = ball.map_or(DVec3::ZERO, |ball| ball.center);
+        Self {
+            sole_radius: radii[0].max(radii[1]),
+            span: world.step_reach + radii[0] + radii[1],
+            ball,
+            ball_reach: (0..2).map(|limb| ball_reach(robot, limb, center)).fold(0.0, f64::max),
+        }
+    }
+}
+
+/// Upper bound of the distance of a point of the root from any point of a sole, m: along the first
+/// two joints, the leg and the foot.
+fn ball_reach(robot: &Mechanism, limb: usize, center: DVec3) -> f64 {
+    let (leg, sole) = (&robot.legs[limb], &robot.soles[limb]);
+    let first = leg.joints()[0].point;
+    let ankle = leg.sole_from_ankle();
+    let foot = sole.polygon.iter().map(|vertex| vertex.extend(0.0).distance(ankle));
+    center.distance(first) + first.distance(leg.hip()) + leg.reach() + foot.fold(0.0, f64::max)
+}

@@ -1,0 +1,179 @@
+//! The relaxed problem: names what makes a task impossible at once, and never calls a task
+//! impossible that has a plan.
+
+#![allow(missing_docs, clippy::unwrap_used, reason = "a test ends where a file does not load")]
+
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::relaxation::{GroundGap, Obstruction};
+use surefoot_planner::{Outcome, Planner, Status};
+
+use common::{Case, run};
+
+mod common;
+
+const STEP: u64 = 20_000;
+/// Work units in which an impossible task ends: far less than a tenth of a second.
+const WORK_MAX: u64 = 12_000;
+/// Random worlds that are tried; `SUREFOOT_RANDOM_WORLDS` sets another number.
+const RANDOM_WORLDS: u64 = 30;
+
+/// How a case ends, its message and the planner.
+fn ending(case: &Case) -> (Outcome, String, Planner) {
+    let mut planner = case.planner(1);
+    let outcome = run(&mut planner, STEP);
+    let text = planner.describe(&outcome);
+    (outcome, text, planner)
+}
+
+fn obstruction(case: &Case) -> Obstruction {
+    match ending(case) {
+        (Outcome::Impossible(obstruction), text, planner) => {
+            assert!(planner.stats().work < WORK_MAX, "{} units: {text}", planner.stats().work);
+            assert!(text.starts_with("no plan is possible: "), "{text}");
+            obstruction
+        }
+        (other, text, _) => panic!("{}: {other:?}: {text}", case.scenario.name),
+    }
+}
+
+fn gap(case: &Case) -> GroundGap {
+    match obstruction(case) {
+        Obstruction::Gap(gap) => gap,
+        other => panic!("{}: {other:?}", case.scenario.name),
+    }
+}
+
+#[test]
+fn a_gap_is_measured() {
+    let gap = gap(&Case::shipped("no_way_island"));
+    let [width, rise] = gap.size();
+    assert!((width - 1.5).abs() < 1e-6 && rise.abs() < 1e-6, "{gap:?}");
+    assert!((gap.from.x - 3.0).abs() < 1e-6 && (gap.to.x - 4.5).abs() < 1e-6, "{gap:?}");
+    assert!(gap.span_max < width && gap.steep.is_none(), "{gap:?}");
+}
+
+#[test]
+fn ground_that_is_too_steep_is_named_with_its_angle_and_the_limit() {
+    let gap = gap(&Case::shipped("no_way_slope"));
+    let steep = gap.steep.unwrap();
+    assert!((steep.angle - 0.702545).abs() < 1e-6, "{steep:?}");
+    assert!(steep.limit < libm::atan(0.6) && steep.limit > 0.8 * libm::atan(0.6), "{steep:?}");
+    let [width, rise] = gap.size();
+    assert!((width - 3.0).abs() < 1e-3 && (rise - 2.54).abs() < 1e-2, "{gap:?}");
+}
+
+#[test]
+fn a_step_that_is_too_high_is_measured() {
+    let mut case = Case::shipped("flat_walk");
+    case.scenario.goal.position.z = 1.5;
+    let goal = case.scenario.goal.position;
+    let gap = gap(&case.with_box([goal.x + 1.0, 0.0, 0.75], [2.0, 1.0, 0.75]));
+    assert!((gap.size()[1] - 1.5).abs() < 1e-6, "{gap:?}");
+}
+
+#[test]
+fn a_wall_around_the_goal_is_named() {
+    let mut case = Case::shipped("flat_walk").configured(|planner| planner.work_max = 30_000);
+    case.scenario.goal.position.x = 5.0;
+    let goal = case.scenario.goal.position;
+    for (x, y, half) in [(1.0, 0.0, [0.05, 1.0]), (-1.0, 0.0, [0.05, 1.0]), (0.0, 1.0, [1.0, 0.05])]
+    {
+        let half_extents = [half[0], half[1], 1.0];
+        case = case.with_box([goal.x + x, goal.y + y, 1.0], half_extents);
+    }
+    let last = case.world.shapes.len();
+    let case = case.with_box([goal.x, goal.y - 1.0, 1.0], [1.0, 0.05, 1.0]);
+    let Obstruction::Blockage(blockage) = obstruction(&case) else { panic!("a blockage") };
+    assert!((last - 3..=last).contains(&blockage.shape), "{blockage:?}");
+    assert!((blockage.at - goal).truncate().abs().max_element() < 1.1, "{blockage:?}");
+}
+
+#[test]
+fn the_size_of_steps_and_the_number_of_threads_change_nothing() {
+    let case = Case::shipped("no_way_island");
+    let search = |threads, step| {
+        let mut planner = case.planner(threads);
+        (run(&mut planner, step), planner.stats())
+    };
+    let alone = search(1, u64::MAX);
+    assert_eq!(search(2, 1), alone);
+    assert_eq!(search(2, 777), alone);
+}
+
+/// The obstruction that the relaxed problem shows at the start of a search.
+fn shown(planner: &mut Planner) -> Option<Obstruction> {
+    assert_eq!(planner.step(1), Status::Working);
+    planner.obstruction()
+}
+
+#[test]
+fn no_shipped_scenario_with_a_plan_is_called_impossible() {
+    let folder = common::repository().join("configs/scenarios");
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+        .filter(|name| !name.starts_with("no_way"))
+        .collect();
+    names.sort();
+    assert!(names.len() > 20);
+    for name in names {
+        let mut planner = Case::shipped(&name).planner(1);
+        assert_eq!(shown(&mut planner), None, "{name}");
+    }
+}
+
+/// A random course between two floors: boxes of random sizes, some of them high, far apart or with
+/// a wall on them.
+fn random_course(seed: u64) -> Case {
+    let mut random = Random::new(seed, Stream::Possibility, 0, 0);
+    let mut case = Case::shipped("flat_walk").configured(|planner| {
+        planner.work_max = 4_000;
+        (planner.footholds_max, planner.transitions_max) = (4_000, 40_000);
+        (planner.configurations_max, planner.tree_vertices_max) = (8_000, 1_024);
+    });
+    case.world.shapes.clear();
+    let mut edge = 1.0;
+    case = case.with_box([0.0, 0.0, -0.25], [edge, 1.0, 0.25]);
+    let mut height: f64 = 0.0;
+    for _ in 0..2 {
+        let mut is_hard = || random.uniform(0.0, 1.0) < 0.15;
+        let [is_far, is_high, is_walled] = [is_hard(), is_hard(), is_hard()];
+        let gap = if is_far { random.uniform(0.4, 2.0) } else { random.uniform(0.0, 0.15) };
+        let rise = if is_high { 1.6 } else { 0.1 };
+        height += random.uniform(-rise, rise);
+        let half_length = random.uniform(0.3, 0.6);
+        edge += gap + 2.0 * half_length;
+        let center = [edge - half_length, random.uniform(-0.1, 0.1), height - 0.25];
+        case = case.with_box(center, [half_length, random.uniform(0.5, 1.0), 0.25]);
+        if is_walled {
+            let half_height = random.uniform(0.02, 1.2);
+            let wall = [edge - half_length, 0.0, height + half_height];
+            case = case.with_box(wall, [0.05, random.uniform(0.3, 2.0), half_height]);
+        }
+    }
+    case = case.with_box([edge + 1.0, 0.0, height - 0.25], [1.0, 1.0, 0.25]);
+    case.scenario.start.position = glam::DVec3::new(0.4, 0.0, 0.0);
+    case.scenario.goal.position = glam::DVec3::new(edge + 0.6, 0.0, height);
+    case
+}
+
+#[test]
+fn no_random_course_with_a_plan_is_called_impossible() {
+    let worlds = std::env::var("SUREFOOT_RANDOM_WORLDS");
+    let worlds = worlds.map_or(RANDOM_WORLDS, |count| count.parse().unwrap());
+    let (mut found, mut impossible) = (0, 0);
+    for seed in 0..worlds {
+        let mut planner = random_course(seed).planner(1);
+        let is_obstructed = shown(&mut planner).is_some();
+        if is_obstructed {
+            impossible += 1;
+            planner.limit_work(2_500);
+            planner.search_on();
+        }
+        let is_found = run(&mut planner, STEP) == Outcome::Found;
+        found += u64::from(is_found);
+        assert!(!(is_obstructed && is_found), "seed {seed}");
+    }
+    println!("{worlds} courses: {found} with a plan, {impossible} impossible");
+    assert!(4 * found >= worlds && 10 * impossible >= worlds, "{found} {impossible}");
+}
