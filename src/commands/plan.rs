@@ -212,7 +212,8 @@ impl Run<'_> {
         }
     }
 
-    /// Draws and records the plan, or draws the search that found none. The supervisor draws the plan of a walk.
+    /// Draws and records the plan, or draws the search that found none. The supervisor draws and
+    /// records the plan of a walk.
     fn draw(&self, task: &PlanningTask, planner: &Planner) -> Result<(), CommandError> {
         let outputs = &self.arguments.outputs;
         if planner.chunks().is_empty() {

@@ -9,7 +9,7 @@ pub enum ExportError {
     /// The plan, its robot or its world cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// The robot or the world is none that contact forces can be computed for.
+    /// The robot or the world has no form for contact forces.
     #[error(transparent)]
     Checker(#[from] CheckerError),
     /// An option is missing, does not belong to the format, or names something unknown.
@@ -21,7 +21,7 @@ pub enum ExportError {
          wrong"
     )]
     Changed {
-        /// The file and what is wrong.
+        /// The file and its change.
         changed: String,
     },
     /// No contact forces hold the robot.

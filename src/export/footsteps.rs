@@ -85,7 +85,7 @@ pub fn footsteps(motion: &ExportMotion) -> FootstepList {
 /// The footsteps of a plan as JSON.
 ///
 /// # Errors
-/// None that a plan can cause.
+/// The JSON writer fails.
 pub fn write(motion: &ExportMotion) -> Result<Vec<u8>, ExportError> {
     let mut text = serde_json::to_vec_pretty(&footsteps(motion))
         .map_err(|error| ExportError::writer("footsteps", error))?;

@@ -1,5 +1,6 @@
-//! MCAP files, version 0: schemas, channels and messages in uncompressed chunks, each with an index,
-//! and a summary at the end, so that viewers find every instant without reading the whole file.
+//! MCAP files, version 0: schemas, channels and messages in uncompressed chunks, each with an
+//! index, and a summary at the end, so that viewers find every instant without reading the whole
+//! file.
 
 use std::collections::BTreeMap;
 

@@ -10,8 +10,8 @@ pub fn floats(shape: &[usize], numbers: &[f64]) -> Vec<u8> {
     file("<f8", shape, numbers.iter().flat_map(|number| number.to_le_bytes()))
 }
 
-/// An array file of truth values.
-pub fn truths(shape: &[usize], values: &[bool]) -> Vec<u8> {
+/// An array file of Boolean values.
+pub fn booleans(shape: &[usize], values: &[bool]) -> Vec<u8> {
     file("|b1", shape, values.iter().map(|&value| u8::from(value)))
 }
 

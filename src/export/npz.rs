@@ -118,7 +118,7 @@ impl Arrays {
         let stances = samples.iter().flat_map(limbs);
         let stances: Vec<bool> =
             stances.map(|(sample, limb)| Sample::is_stance(sample, motion, limb)).collect();
-        self.add("contacts", &npy::truths(&[samples.len(), feet.len()], &stances))
+        self.add("contacts", &npy::booleans(&[samples.len(), feet.len()], &stances))
     }
 
     fn add_bodies(

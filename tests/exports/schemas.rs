@@ -1,4 +1,4 @@
-//! The JSON schemas of what is written. `SUREFOOT_BLESS=1 cargo test --release --test exports`
+//! The JSON schemas of plans and exports. `SUREFOOT_BLESS=1 cargo test --release --test exports`
 //! rewrites them.
 
 use std::path::{Path, PathBuf};

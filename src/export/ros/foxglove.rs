@@ -198,9 +198,9 @@ message!(
 message!(
     /// A change of the scene.
     SceneUpdate = "foxglove_msgs" / "SceneUpdate" {
-        /// What is removed.
+        /// The removed entities.
         deletions: Vec<SceneEntityDeletion>,
-        /// What is added.
+        /// The added entities.
         entities: Vec<SceneEntity>,
     }
 );
