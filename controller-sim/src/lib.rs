@@ -18,7 +18,7 @@ pub mod plan;
 pub mod statics;
 
 pub use check::checker::Checker;
-pub use check::{MotionSegment, Reserves, SegmentReport, Violation};
+pub use check::{Course, MotionSegment, Reserves, SegmentReport, Stop, Violation};
 pub use chunk::Identity;
 pub use execution::disturbance::Disturbance;
 pub use execution::executor::ChunkExecutor;

@@ -17,5 +17,7 @@ pub mod possibility;
 pub mod preparation;
 pub mod primitives;
 pub mod robot;
+pub mod smooth_path;
+pub mod timing;
 
 pub use pipeline::{Outcome, Planner, PlannerBuilder, PlannerError, Status};

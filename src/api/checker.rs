@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use surefoot_controller_sim::check::checker::Checker as SegmentChecker;
-use surefoot_controller_sim::{MotionSegment, PlanReport, Violation, check_plan};
+use surefoot_controller_sim::{Course, MotionSegment, PlanReport, Stop, Violation, check_plan};
 pub use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, SupportMode};
 use surefoot_shared_types::plan_file::read::load_plan;
@@ -44,7 +44,9 @@ impl Checker {
             ));
         };
         let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
-        self.checker.check_segment(&MotionSegment { mode, contacts, waypoints }, &mut || ())
+        let stop = [Stop::of_chunk(chunk)];
+        let course = if Stop::is_smooth(chunk) { Course::Smooth(&stop) } else { Course::Straight };
+        self.checker.check_segment(&MotionSegment { mode, contacts, waypoints, course }, &mut || ())
     }
 
     /// Checks all chunks of a plan, and returns the worst margins.

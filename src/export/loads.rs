@@ -26,8 +26,10 @@ impl StaticLoads {
     pub fn new(motion: &ExportMotion) -> Result<Self, CheckerError> {
         let config = CheckerConfig::default();
         let mut checker = Checker::new(motion.model.clone(), motion.world.clone(), config)?;
-        let phases = motion.phases.iter();
-        let supports = phases.map(|phase| checker.sole_supports(&phase.contacts)).collect();
+        let supports = motion.phases.iter().map(|phase| {
+            checker.sole_supports(&phase.contacts, &motion.waypoints[phase.first..=phase.last])
+        });
+        let supports = supports.collect();
         Ok(Self { checker, supports })
     }
 

@@ -18,6 +18,12 @@ pub struct WorstMargins {
     pub self_collision: Option<f64>,
     /// Share of the effort limit that stays unused.
     pub torque: Option<f64>,
+    /// Of the zero-moment point in the equilibrium region, m.
+    #[serde(default)]
+    pub zero_moment: Option<f64>,
+    /// Share of the effort limit that stays unused by the moving robot.
+    #[serde(default)]
+    pub dynamic_torque: Option<f64>,
 }
 
 impl From<&Margins> for WorstMargins {
@@ -30,6 +36,8 @@ impl From<&Margins> for WorstMargins {
             collision: measured(margins.collision),
             self_collision: measured(margins.self_collision),
             torque: measured(margins.torque),
+            zero_moment: measured(margins.zero_moment),
+            dynamic_torque: measured(margins.dynamic_torque),
         }
     }
 }
@@ -44,6 +52,8 @@ impl WorstMargins {
             ("collision", self.collision),
             ("self_collision", self.self_collision),
             ("torque", self.torque),
+            ("zero_moment", self.zero_moment),
+            ("dynamic_torque", self.dynamic_torque),
         ];
         let measured = named
             .into_iter()
@@ -56,7 +66,7 @@ impl WorstMargins {
 pub fn with_unit(check: &str, margin: f64) -> String {
     match check {
         "limits" => format!("{margin:.4} rad"),
-        "torque" | "acceleration" => format!("{:.1} %", 100.0 * margin),
+        "torque" | "dynamic_torque" | "acceleration" => format!("{:.1} %", 100.0 * margin),
         _ => format!("{:.2} mm", 1000.0 * margin),
     }
 }

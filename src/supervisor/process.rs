@@ -22,7 +22,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(2);
 #[derive(Debug)]
 pub(crate) enum ProcessOutput {
     /// A line.
-    Event(RoleEvent),
+    Event(Box<RoleEvent>),
     /// A line that is not an event.
     NonEvent(String),
     /// The end of the output.
@@ -102,7 +102,7 @@ fn read_lines(stdout: ChildStdout, role: Role, sender: &Sender<(Role, ProcessOut
                 ProcessOutput::Closed
             }
             Ok(_) => serde_json::from_slice(&text)
-                .map_or_else(|_| non_event(&text), ProcessOutput::Event),
+                .map_or_else(|_| non_event(&text), |event| ProcessOutput::Event(Box::new(event))),
         };
         let over = matches!(output, ProcessOutput::Closed);
         if sender.send((role, output)).is_err() || over {

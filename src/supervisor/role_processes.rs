@@ -23,7 +23,7 @@ const SILENCE_SECONDS_MAX: f64 = 20.0;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum ProcessEvent {
     /// It reported an event.
-    Reported(RoleEvent),
+    Reported(Box<RoleEvent>),
     /// It ended.
     Ended {
         /// Its role.
@@ -105,8 +105,11 @@ impl RoleProcesses {
         let mut running = self.processes.len();
         while running > 0 && watch.seconds() < GRACE_SECONDS {
             match self.receiver.recv_timeout(POLL_INTERVAL) {
-                Ok((_, ProcessOutput::Event(RoleEvent::Alive | RoleEvent::Failed { .. }))) => {}
-                Ok((_, ProcessOutput::Event(event))) => on_event(&event),
+                Ok((_, ProcessOutput::Event(event))) => {
+                    if !matches!(*event, RoleEvent::Alive | RoleEvent::Failed { .. }) {
+                        on_event(&event);
+                    }
+                }
                 Ok((_, ProcessOutput::Closed)) => running -= 1,
                 Ok((_, ProcessOutput::NonEvent(_))) | Err(_) => {}
             }
@@ -135,18 +138,18 @@ impl RoleProcesses {
             process.silence = Stopwatch::start();
         }
         match output {
-            ProcessOutput::Event(RoleEvent::Alive) => Ok(None),
-            ProcessOutput::Event(RoleEvent::Failed { is_transport: true, message }) => {
-                // The process ends by itself; its end is the event.
-                if let Some(process) = self.process_of(role) {
-                    process.failure = Some(message);
+            ProcessOutput::Event(event) => match *event {
+                RoleEvent::Alive => Ok(None),
+                RoleEvent::Failed { is_transport: true, message } => {
+                    // The process ends by itself; its end is the event.
+                    if let Some(process) = self.process_of(role) {
+                        process.failure = Some(message);
+                    }
+                    Ok(None)
                 }
-                Ok(None)
-            }
-            ProcessOutput::Event(RoleEvent::Failed { message, .. }) => {
-                Err(CommandError::Role { role, message })
-            }
-            ProcessOutput::Event(event) => Ok(Some(ProcessEvent::Reported(event))),
+                RoleEvent::Failed { message, .. } => Err(CommandError::Role { role, message }),
+                _ => Ok(Some(ProcessEvent::Reported(event))),
+            },
             ProcessOutput::NonEvent(text) => {
                 let message =
                     format!("printed '{text}', which is not an event; use one surefoot for both");

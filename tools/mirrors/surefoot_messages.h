@@ -47,7 +47,7 @@
    sole's length and width, and 0. */
 #define SUREFOOT_CORRECTION_KIND_CONTACT_MISSING 4
 /* The layout version in Feedback::schema. */
-#define SUREFOOT_FEEDBACK_SCHEMA 3
+#define SUREFOOT_FEEDBACK_SCHEMA 4
 /* Joint position limits. */
 #define SUREFOOT_CHECK_LIMITS 0
 /* A stance foot leaves its declared pose, or the world does not support its sole. */
@@ -88,6 +88,11 @@
 #define SUREFOOT_CHECK_FOOT_MISPLACED 17
 /* A joint's acceleration exceeds its limit. */
 #define SUREFOOT_CHECK_ACCELERATION 18
+/* The contacts cannot hold the moving robot: its zero-moment point leaves their region. */
+#define SUREFOOT_CHECK_ZERO_MOMENT 19
+/* A joint torque or force of the moving robot exceeds its limit, or no contact forces move it
+   so. */
+#define SUREFOOT_CHECK_DYNAMIC_TORQUE 20
 /* No chunk has been checked. */
 #define SUREFOOT_VERDICT_WAITING 0
 /* The chunk is accepted and executed. */
@@ -284,8 +289,8 @@ static_assert(offsetof(surefoot_PlanChunk, stream) == 200, "offset");
 static_assert(offsetof(surefoot_PlanChunk, contacts) == 232, "offset");
 static_assert(offsetof(surefoot_PlanChunk, waypoints) == 1512, "offset");
 
-#define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v1"
-#define SUREFOOT_MARGINS_LAYOUT "babb94a9813dc304"
+#define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v2"
+#define SUREFOOT_MARGINS_LAYOUT "2b108052f02d4347"
 /* The smallest margins so far, one for each physical check. A negative margin is a violation. */
 typedef struct {
     /* Distance of a joint from its position limits, rad or m. */
@@ -301,14 +306,20 @@ typedef struct {
     double self_collision;
     /* Unused share of a joint's effort limit. */
     double torque;
+    /* Distance of the zero-moment point from the edge of the equilibrium region, m. */
+    double zero_moment;
+    /* Unused share of a joint's effort limit by inverse dynamics. */
+    double dynamic_torque;
 } surefoot_Margins;
-static_assert(sizeof(surefoot_Margins) == 48, "size");
+static_assert(sizeof(surefoot_Margins) == 64, "size");
 static_assert(offsetof(surefoot_Margins, limits) == 0, "offset");
 static_assert(offsetof(surefoot_Margins, contact) == 8, "offset");
 static_assert(offsetof(surefoot_Margins, balance) == 16, "offset");
 static_assert(offsetof(surefoot_Margins, collision) == 24, "offset");
 static_assert(offsetof(surefoot_Margins, self_collision) == 32, "offset");
 static_assert(offsetof(surefoot_Margins, torque) == 40, "offset");
+static_assert(offsetof(surefoot_Margins, zero_moment) == 48, "offset");
+static_assert(offsetof(surefoot_Margins, dynamic_torque) == 56, "offset");
 
 #define SUREFOOT_REST_STATE_TYPE_NAME "surefoot.RestState.v1"
 #define SUREFOOT_REST_STATE_LAYOUT "18665aaa3ee316ab"
@@ -353,7 +364,7 @@ static_assert(offsetof(surefoot_WorldCorrection, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_WorldCorrection, half_extents) == 64, "offset");
 
 #define SUREFOOT_FEEDBACK_TYPE_NAME "surefoot.Feedback.v1"
-#define SUREFOOT_FEEDBACK_LAYOUT "2d9a226877e26fec"
+#define SUREFOOT_FEEDBACK_LAYOUT "aafddabfe77c6aff"
 /* The controller's feedback, a cumulative acknowledgement: every chunk before next_sequence is
    accepted. It is repeated as a heartbeat. */
 typedef struct {
@@ -408,7 +419,7 @@ typedef struct {
        removed. */
     surefoot_WorldCorrection corrections[SUREFOOT_CORRECTIONS_MAX];
 } surefoot_Feedback;
-static_assert(sizeof(surefoot_Feedback) == 6000, "size");
+static_assert(sizeof(surefoot_Feedback) == 6016, "size");
 static_assert(offsetof(surefoot_Feedback, schema) == 0, "offset");
 static_assert(offsetof(surefoot_Feedback, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_Feedback, session) == 16, "offset");
@@ -430,8 +441,8 @@ static_assert(offsetof(surefoot_Feedback, reserved) == 112, "offset");
 static_assert(offsetof(surefoot_Feedback, crc) == 116, "offset");
 static_assert(offsetof(surefoot_Feedback, stream) == 120, "offset");
 static_assert(offsetof(surefoot_Feedback, margins) == 152, "offset");
-static_assert(offsetof(surefoot_Feedback, rest_state) == 200, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections) == 3184, "offset");
+static_assert(offsetof(surefoot_Feedback, rest_state) == 216, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections) == 3200, "offset");
 
 #define SUREFOOT_STANCE_POSE_DATA_TYPE_NAME "surefoot.StancePoseData.v1"
 #define SUREFOOT_STANCE_POSE_DATA_LAYOUT "8300c6518c01d2f8"

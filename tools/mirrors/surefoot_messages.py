@@ -85,7 +85,7 @@ class PlanChunk(ctypes.Structure):
 
 
 class Margins(ctypes.Structure):
-    LAYOUT = "babb94a9813dc304"
+    LAYOUT = "2b108052f02d4347"
     _fields_ = [
         ("limits", ctypes.c_double),
         ("contact", ctypes.c_double),
@@ -93,11 +93,13 @@ class Margins(ctypes.Structure):
         ("collision", ctypes.c_double),
         ("self_collision", ctypes.c_double),
         ("torque", ctypes.c_double),
+        ("zero_moment", ctypes.c_double),
+        ("dynamic_torque", ctypes.c_double),
     ]
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.Margins.v1"
+        return "surefoot.Margins.v2"
 
 
 class RestState(ctypes.Structure):
@@ -130,7 +132,7 @@ class WorldCorrection(ctypes.Structure):
 
 
 class Feedback(ctypes.Structure):
-    LAYOUT = "2d9a226877e26fec"
+    LAYOUT = "aafddabfe77c6aff"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("controller_id", ctypes.c_uint64),

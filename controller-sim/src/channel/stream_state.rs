@@ -252,8 +252,13 @@ impl StreamState {
         executed: &PlanChunk,
     ) {
         self.progress.accept(chunk, stream, margins);
-        let last = executed.waypoints().last().unwrap_or(&self.rest_state.waypoint);
-        self.rest_state = self.rest_state.after(executed.mode, executed.contacts(), last);
+        let is_empty = executed.waypoints().is_empty();
+        let rest = if is_empty {
+            self.rest_state.waypoint
+        } else {
+            crate::check::course::Stop::rest(executed)
+        };
+        self.rest_state = self.rest_state.after(executed.mode, executed.contacts(), &rest);
         self.walked += 1;
         self.stats.accepted += 1;
     }

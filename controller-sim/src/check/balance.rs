@@ -4,10 +4,12 @@ use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::base::comparison::is_at_most;
+use crate::base::comparison::{is_at_most, largest};
+use crate::check::motion::Sample;
 use crate::check::segment::{Case, Violation};
+use crate::check::stance_foot::StanceFoot;
 use crate::check::tuning::FRICTION_STEPS;
-use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
+use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Region};
 
 /// The share of the friction that is not needed to hold the robot, in sixteenths, rounded down.
 /// With the rest alone the centre of mass keeps the required margin inside the region.
@@ -15,10 +17,8 @@ pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, c
     let share = |steps: u32| f64::from(steps) / f64::from(FRICTION_STEPS);
     let mut holds = |steps: u32| {
         let region = equilibrium.region(&case.supports, share(steps));
-        case.motion
-            .samples
-            .iter()
-            .all(|sample| is_at_most(config.com_margin, region.margin(sample.centre_of_mass)))
+        let mut margins = case.samples_with_feet().map(|at| margin(&region, at));
+        margins.all(|margin| is_at_most(config.com_margin, margin))
     };
     let (mut too_few, mut enough) = (0, FRICTION_STEPS);
     while enough - too_few > 1 {
@@ -26,6 +26,12 @@ pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, c
         if holds(middle) { enough = middle } else { too_few = middle }
     }
     1.0 - share(enough)
+}
+
+/// The distance of the centre of mass to the edge of the region, less the most by which it moves
+/// when the stance feet take their declared poses, m.
+fn margin(region: &Region, (sample, feet): (&Sample, &[StanceFoot])) -> f64 {
+    region.margin(sample.centre_of_mass) - largest(feet.iter().map(|foot| foot.shift))
 }
 
 /// The smallest distance of the centre of mass to the edge of the equilibrium region and of the
@@ -38,8 +44,8 @@ pub fn check_balance(
 ) -> Result<f64, Violation> {
     let region = equilibrium.region(&case.supports, ALL_FRICTION);
     let mut worst = f64::INFINITY;
-    for sample in &case.motion.samples {
-        let margin = region.margin(sample.centre_of_mass);
+    for (sample, feet) in case.samples_with_feet() {
+        let margin = margin(&region, (sample, feet));
         if !is_at_most(config.com_margin, margin) {
             let feet: Vec<&str> = case
                 .contacts

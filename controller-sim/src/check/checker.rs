@@ -4,28 +4,39 @@
 //! `check/checks.rs` and stops at the first violation; [`Checker::check_all`]
 //! makes all of them. Each check stands in the file of its name.
 
+use glam::DVec3;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::{Contact, Margins, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, Margins, Waypoint};
 use surefoot_shared_types::robot::model::{Link, RobotModel};
 use surefoot_shared_types::world::world::World;
 
-use crate::check::acceleration::{check_acceleration, peak_acceleration};
+use crate::base::comparison::largest;
+use crate::check::acceleration::{
+    check_acceleration, check_stated_accelerations, peak_acceleration,
+};
 use crate::check::allowed_pairs::{allowed_depths, describe};
 use crate::check::balance::{check_balance, friction_reserve};
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
 use crate::check::collision::CollisionModel;
 use crate::check::contact::check_contact;
-use crate::check::limits::{check_limits, check_spacing};
-use crate::check::motion::{SampledMotion, Spacing};
+use crate::check::course::Course;
+use crate::check::dynamic_torque::check_dynamic_torque;
+use crate::check::limits::{check_limits, check_spacing, check_speeds};
+use crate::check::motion::SampledMotion;
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
+use crate::check::sole_speed::check_sole_speeds;
+use crate::check::stance_foot::StanceFoot;
 use crate::check::torque::{check_torque, least_squares_torque_reserve};
+use crate::check::zero_moment::check_zero_moment;
 use crate::geometry::body::CollisionBody;
 use crate::kinematics::forward::{Configuration, Posture};
+use crate::kinematics::trajectory;
 use crate::statics::contact_load::{ContactLoad, least_squares_load};
 use crate::statics::equilibrium::Equilibrium;
 use crate::statics::error::CheckerError;
-use crate::statics::sole_support::{SoleSupport, SupportFinder, check_soles};
+use crate::statics::sole_support::{SoleSupport, SupportFinder};
+use crate::statics::underside::check_soles;
 
 /// The support of each stance foot by the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,10 +130,36 @@ impl Checker {
         segment: &MotionSegment,
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
-        let spacing = check_spacing(&self.model, &self.config, segment)?;
-        let case = self.prepare(segment, spacing);
+        let case = self.prepare(segment)?;
         let mut report = SegmentReport::UNMEASURED;
         for check in PHYSICAL {
+            heartbeat();
+            record(&mut report, check, self.run(check, &case, heartbeat)?);
+        }
+        Ok(report.margins)
+    }
+
+    /// The checks of a smooth motion's stops alone, on the part of them that lies within a segment.
+    ///
+    /// # Errors
+    /// The first violation.
+    pub fn check_stops(
+        &mut self,
+        segment: &MotionSegment,
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
+        let MotionSegment { contacts, waypoints, course, .. } = *segment;
+        let instants = course.stop_instants(waypoints);
+        let mut report = SegmentReport::UNMEASURED;
+        if instants.is_empty() {
+            return Ok(report.margins);
+        }
+        let stops: Vec<Waypoint> = instants.iter().map(|(_, instant)| *instant).collect();
+        let SoleSupports(supports) = self.sole_supports(contacts, &stops);
+        let (received, motion, stance_feet) = (Vec::new(), SampledMotion::EMPTY, Vec::new());
+        let waypoints = waypoints.into();
+        let case = Case { contacts, supports, waypoints, received, instants, motion, stance_feet };
+        for check in PhysicalCheck::OF_INSTANTS {
             heartbeat();
             record(&mut report, check, self.run(check, &case, heartbeat)?);
         }
@@ -133,14 +170,13 @@ impl Checker {
     /// interpolate end it early.
     pub fn check_all(&mut self, segment: &MotionSegment) -> SegmentReport {
         let mut report = SegmentReport::UNMEASURED;
-        let spacing = match check_spacing(&self.model, &self.config, segment) {
-            Ok(spacing) => spacing,
+        let case = match self.prepare(segment) {
+            Ok(case) => case,
             Err(violation) => {
                 report.violations.push(violation);
                 return report;
             }
         };
-        let case = self.prepare(segment, spacing);
         for check in PHYSICAL {
             match self.run(check, &case, &mut || {}) {
                 Ok(margin) => record(&mut report, check, margin),
@@ -157,9 +193,25 @@ impl Checker {
         peak_acceleration(&self.model, waypoints).share.max(1.0).sqrt()
     }
 
-    /// The support of each of these contacts by the world.
-    pub fn sole_supports(&mut self, contacts: &[Contact]) -> SoleSupports {
-        SoleSupports(contacts.iter().map(|contact| self.supports.find(contact)).collect())
+    /// The support of each of these contacts by the world, under a robot that moves through these
+    /// waypoints.
+    pub fn sole_supports(&mut self, contacts: &[Contact], waypoints: &[Waypoint]) -> SoleSupports {
+        let centre_of_mass = |waypoint: &Waypoint| {
+            let configuration = Configuration::of_waypoint(waypoint, self.model.joints.len());
+            Posture::new(&self.model, &configuration).centre_of_mass(&self.model)
+        };
+        let centres: Vec<DVec3> = waypoints.iter().map(centre_of_mass).collect();
+        SoleSupports(self.find_supports(contacts, &centres))
+    }
+
+    fn find_supports(&mut self, contacts: &[Contact], centres: &[DVec3]) -> Vec<SoleSupport> {
+        let find = |contact: &Contact| {
+            let pose = contact.world_from_sole();
+            let up = pose.rotation.normalize() * DVec3::Z;
+            let height = largest(centres.iter().map(|at| (*at - pose.translation).dot(up)));
+            self.supports.find(contact, height)
+        };
+        contacts.iter().map(find).collect()
     }
 
     /// Foot forces and joint torques in a configuration by contact forces of least squares.
@@ -179,11 +231,51 @@ impl Checker {
         Reserves { friction, least_squares_torque }
     }
 
-    fn prepare<'a>(&mut self, segment: &MotionSegment<'a>, spacing: Spacing) -> Case<'a> {
-        let MotionSegment { contacts, waypoints, .. } = *segment;
-        let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
-        let motion = SampledMotion::new(&self.model, waypoints, spacing);
-        Case { contacts, supports, waypoints, motion }
+    /// The data of a segment whose steps are short.
+    fn prepare<'a>(&mut self, segment: &MotionSegment<'a>) -> Result<Case<'a>, Violation> {
+        let MotionSegment { contacts, waypoints, course, .. } = *segment;
+        let spacing = check_spacing(&self.model, &self.config, waypoints)?;
+        if course == Course::Straight {
+            let motion = SampledMotion::new(&self.model, waypoints, spacing);
+            let (supports, stance_feet) = self.find_feet(contacts, &motion);
+            let (received, instants) = (Vec::new(), Vec::new());
+            let waypoints = waypoints.into();
+            let case =
+                Case { contacts, supports, waypoints, received, instants, motion, stance_feet };
+            return Ok(case);
+        }
+        let (received, knots): (Vec<usize>, Vec<Waypoint>) = trajectory::knots(waypoints)
+            .map_err(|index| {
+                let detail = "the curve to the next waypoint bends too much for its duration";
+                Violation::new(Check::Spacing, index, detail)
+            })?
+            .into_iter()
+            .unzip();
+        let spacing = check_spacing(&self.model, &self.config, &knots).map_err(|violation| {
+            Violation { waypoint: received[violation.waypoint], ..violation }
+        })?;
+        let motion = SampledMotion::new(&self.model, &knots, spacing);
+        let (supports, stance_feet) = self.find_feet(contacts, &motion);
+        let mut instants: Vec<(usize, Waypoint)> =
+            received.iter().copied().zip(knots.iter().copied()).collect();
+        instants.extend(course.stop_instants(waypoints));
+        let waypoints = knots.into();
+        Ok(Case { contacts, supports, waypoints, received, instants, motion, stance_feet })
+    }
+
+    /// The support of each contact, and its foot in each sample of the motion.
+    fn find_feet(
+        &mut self,
+        contacts: &[Contact],
+        motion: &SampledMotion,
+    ) -> (Vec<SoleSupport>, Vec<StanceFoot>) {
+        let centres: Vec<DVec3> =
+            motion.samples.iter().map(|sample| sample.centre_of_mass).collect();
+        let supports = self.find_supports(contacts, &centres);
+        let feet_in = |sample| contacts.iter().map(move |contact| (contact, sample));
+        let foot = |(contact, sample)| StanceFoot::new(&self.model, contact, sample);
+        let stance_feet = motion.samples.iter().flat_map(feet_in).map(foot).collect();
+        (supports, stance_feet)
     }
 
     /// Makes one check; infinity where it measures no margin.
@@ -194,12 +286,33 @@ impl Checker {
         heartbeat: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
         let (model, config) = (&self.model, &self.config);
-        match check {
+        let joints = model.joints.len();
+        let result = match check {
             // A case exists only for waypoints whose spacing holds.
-            PhysicalCheck::Spacing => Ok(f64::INFINITY),
-            PhysicalCheck::Acceleration => check_acceleration(model, case.waypoints),
+            PhysicalCheck::Spacing => return check_speeds(model, &case.instants),
+            PhysicalCheck::Acceleration if case.is_smooth() => {
+                return check_stated_accelerations(model, &case.instants);
+            }
+            PhysicalCheck::ZeroMoment => {
+                return check_zero_moment(model, config, &mut self.equilibrium, case);
+            }
+            PhysicalCheck::DynamicTorque => {
+                let equilibrium = &self.equilibrium;
+                return check_dynamic_torque(
+                    &self.unlocked,
+                    joints,
+                    config,
+                    equilibrium,
+                    case,
+                    heartbeat,
+                );
+            }
+            PhysicalCheck::Acceleration => check_acceleration(model, &case.waypoints),
             PhysicalCheck::Limits => check_limits(model, case),
-            PhysicalCheck::Contact => check_contact(model, config, case),
+            PhysicalCheck::Contact => {
+                check_sole_speeds(model, case)?;
+                check_contact(model, config, case)
+            }
             PhysicalCheck::Balance => check_balance(model, config, &mut self.equilibrium, case),
             PhysicalCheck::Torque => {
                 check_torque(&self.unlocked, config, &self.equilibrium, case, heartbeat)
@@ -208,7 +321,8 @@ impl Checker {
             PhysicalCheck::SelfCollision => {
                 self.collisions.check_self(model, config, case, heartbeat)
             }
-        }
+        };
+        result.map_err(|violation| case.as_received(violation))
     }
 }
 

@@ -18,23 +18,31 @@ pub(crate) enum PhysicalCheck {
     Contact,
     Balance,
     Torque,
+    ZeroMoment,
+    DynamicTorque,
     Collision,
     SelfCollision,
 }
 
 /// The physical checks, in the order in which they are made.
-pub(crate) const PHYSICAL: [PhysicalCheck; 8] = [
+pub(crate) const PHYSICAL: [PhysicalCheck; 10] = [
     PhysicalCheck::Spacing,
     PhysicalCheck::Acceleration,
     PhysicalCheck::Limits,
     PhysicalCheck::Contact,
     PhysicalCheck::Balance,
     PhysicalCheck::Torque,
+    PhysicalCheck::ZeroMoment,
+    PhysicalCheck::DynamicTorque,
     PhysicalCheck::Collision,
     PhysicalCheck::SelfCollision,
 ];
 
 impl PhysicalCheck {
+    /// Those that look at the instants of a smooth motion.
+    pub(crate) const OF_INSTANTS: [Self; 4] =
+        [Self::Spacing, Self::Acceleration, Self::ZeroMoment, Self::DynamicTorque];
+
     /// The physical check of this name; nothing for checks of the message and of the stream.
     const fn of(check: Check) -> Option<Self> {
         match check {
@@ -44,6 +52,8 @@ impl PhysicalCheck {
             Check::Contact => Some(Self::Contact),
             Check::Balance => Some(Self::Balance),
             Check::Torque => Some(Self::Torque),
+            Check::ZeroMoment => Some(Self::ZeroMoment),
+            Check::DynamicTorque => Some(Self::DynamicTorque),
             Check::Collision => Some(Self::Collision),
             Check::SelfCollision => Some(Self::SelfCollision),
             Check::Continuity
@@ -69,6 +79,8 @@ impl PhysicalCheck {
             Self::Contact => Check::Contact,
             Self::Balance => Check::Balance,
             Self::Torque => Check::Torque,
+            Self::ZeroMoment => Check::ZeroMoment,
+            Self::DynamicTorque => Check::DynamicTorque,
             Self::Collision => Check::Collision,
             Self::SelfCollision => Check::SelfCollision,
         }
@@ -84,6 +96,8 @@ impl PhysicalCheck {
             Self::Contact => Some(&mut margins.contact),
             Self::Balance => Some(&mut margins.balance),
             Self::Torque => Some(&mut margins.torque),
+            Self::ZeroMoment => Some(&mut margins.zero_moment),
+            Self::DynamicTorque => Some(&mut margins.dynamic_torque),
             Self::Collision => Some(&mut margins.collision),
             Self::SelfCollision => Some(&mut margins.self_collision),
         }

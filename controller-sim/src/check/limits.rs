@@ -8,7 +8,7 @@ use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 use crate::base::comparison::{is_at_most, is_below};
 use crate::check::motion::{Change, Spacing};
-use crate::check::segment::{Case, MotionSegment, Violation};
+use crate::check::segment::{Case, Violation};
 use crate::kinematics::forward::Configuration;
 
 /// Rounding allowed at a limit, rad or m.
@@ -24,14 +24,14 @@ const INTERVAL_MAX: f64 = 20.0;
 pub fn check_spacing(
     model: &RobotModel,
     config: &CheckerConfig,
-    segment: &MotionSegment,
+    waypoints: &[Waypoint],
 ) -> Result<Spacing, Violation> {
     let bad = |waypoint, detail| Violation::new(Check::Spacing, waypoint, detail);
-    if segment.waypoints.is_empty() {
+    if waypoints.is_empty() {
         return Err(bad(0, "no waypoints".to_owned()));
     }
     let mut changes = Vec::new();
-    for (index, pair) in segment.waypoints.windows(2).enumerate() {
+    for (index, pair) in waypoints.windows(2).enumerate() {
         let [start, end] = [&pair[0], &pair[1]];
         check_time(start, end).map_err(|detail| bad(index, detail))?;
         let [a, b] =
@@ -94,6 +94,24 @@ fn check_root_step(config: &CheckerConfig, change: &Change) -> Result<(), String
         return Err(format!("the root turns {turn:.4} rad to the next waypoint, limit {limit}"));
     }
     Ok(())
+}
+
+/// Whether no joint is faster than its limit at the instants of a smooth motion. Measures no
+/// margin.
+///
+/// # Errors
+/// The first joint that is too fast.
+pub fn check_speeds(model: &RobotModel, instants: &[(usize, Waypoint)]) -> Result<f64, Violation> {
+    for (index, instant) in instants {
+        for (joint, speed) in model.joints.iter().zip(&instant.joint_velocity) {
+            let Joint { name, velocity, .. } = joint;
+            if !is_at_most(speed.abs(), velocity + POSITION_ROUNDING) {
+                let detail = format!("joint {name} moves at {speed:.2} a second, limit {velocity}");
+                return Err(Violation::new(Check::Spacing, *index, detail));
+            }
+        }
+    }
+    Ok(f64::INFINITY)
 }
 
 /// The smallest distance of a joint to its position limits, rad or m.

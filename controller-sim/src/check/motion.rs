@@ -72,6 +72,9 @@ pub struct SampledMotion {
 }
 
 impl SampledMotion {
+    /// A motion without samples.
+    pub const EMPTY: Self = Self { configurations: Vec::new(), samples: Vec::new() };
+
     /// Samples a motion whose spacing is known to be bounded.
     pub fn new(model: &RobotModel, waypoints: &[Waypoint], Spacing { changes }: Spacing) -> Self {
         let configurations: Vec<_> = waypoints

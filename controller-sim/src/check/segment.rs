@@ -1,8 +1,12 @@
 //! A motion in one mode, and the results of its checks.
 
+use std::borrow::Cow;
+
 use surefoot_shared_types::message::{Check, Contact, Margins, SupportMode, Waypoint};
 
-use crate::check::motion::SampledMotion;
+use crate::check::course::Course;
+use crate::check::motion::{Sample, SampledMotion};
+use crate::check::stance_foot::StanceFoot;
 use crate::statics::sole_support::SoleSupport;
 
 /// A motion within one mode.
@@ -14,6 +18,8 @@ pub struct MotionSegment<'a> {
     pub contacts: &'a [Contact],
     /// The motion; at least one waypoint.
     pub waypoints: &'a [Waypoint],
+    /// How it goes from waypoint to waypoint.
+    pub course: Course<'a>,
 }
 
 /// A violated check.
@@ -88,13 +94,36 @@ pub(crate) struct Case<'a> {
     pub(crate) contacts: &'a [Contact],
     /// The support of each contact by the world.
     pub(crate) supports: Vec<SoleSupport>,
-    /// The waypoints as received, with their times.
-    pub(crate) waypoints: &'a [Waypoint],
+    /// The waypoints of straight lines: those received, or the knots of a smooth motion.
+    pub(crate) waypoints: Cow<'a, [Waypoint]>,
+    /// For each of `waypoints`, the received one at or before it; empty where they are the same.
+    pub(crate) received: Vec<usize>,
+    /// Instants of a smooth motion with their velocities and accelerations, and the received
+    /// waypoint before each; none in straight lines.
+    pub(crate) instants: Vec<(usize, Waypoint)>,
     /// The configurations along the motion.
     pub(crate) motion: SampledMotion,
+    /// The foot of each contact in each sample of the motion, sample by sample.
+    pub(crate) stance_feet: Vec<StanceFoot>,
 }
 
 impl Case<'_> {
+    /// The samples of the motion, each with the feet of the contacts.
+    pub(crate) fn samples_with_feet(&self) -> impl Iterator<Item = (&Sample, &[StanceFoot])> {
+        self.motion.samples.iter().zip(self.stance_feet.chunks(self.contacts.len().max(1)))
+    }
+
+    /// Whether the motion is smooth.
+    pub(crate) fn is_smooth(&self) -> bool {
+        !self.instants.is_empty()
+    }
+
+    /// A violation at one of `waypoints` with the index of the received one.
+    pub(crate) fn as_received(&self, violation: Violation) -> Violation {
+        let waypoint = self.received.get(violation.waypoint).copied();
+        Violation { waypoint: waypoint.unwrap_or(violation.waypoint), ..violation }
+    }
+
     /// The indices of the stance feet.
     pub(crate) fn stance(&self) -> Vec<usize> {
         self.contacts.iter().map(|contact| contact.limb as usize).collect()

@@ -9,6 +9,11 @@ pub(crate) const SUBSTEP_MAX: f64 = 0.01;
 /// 0.05 rad from one checked sample to the next.
 pub(crate) const SAMPLES_APART: usize = 5;
 
+/// The largest speed of a stance sole of a smooth motion, m/s: a foot lands and leaves at rest.
+pub(crate) const SOLE_SPEED_MAX: f64 = 0.02;
+/// The largest angular speed of a stance sole of a smooth motion, rad/s.
+pub(crate) const SOLE_TURN_SPEED_MAX: f64 = 0.1;
+
 // Collision.
 
 /// For motions up to this length (m) only their ends are checked.

@@ -13,6 +13,7 @@ use surefoot_shared_types::message::{Contact, Margins, PlanChunk, SupportMode, W
 
 use crate::base::random;
 use crate::check::checker::Checker;
+use crate::check::course::Course;
 use crate::check::segment::MotionSegment;
 use crate::execution::executor::ChunkExecutor;
 use crate::execution::executor::RestState;
@@ -123,8 +124,12 @@ fn check_actual(
     if landing.is_some() {
         check_slide(executor, &actual, heartbeat)?;
     }
-    let segment =
-        MotionSegment { mode, contacts: actual.contacts(), waypoints: actual.waypoints() };
+    let segment = MotionSegment {
+        mode,
+        contacts: actual.contacts(),
+        waypoints: actual.waypoints(),
+        course: Course::Straight,
+    };
     let margins =
         executor.check_motion(&segment, heartbeat).map_err(|violation| violation.to_string())?;
     Ok((actual, margins))
@@ -154,7 +159,12 @@ fn check_slide(
         return Ok(());
     };
     let end = Waypoint { time: waypoint.time + 1.0, ..actual.waypoints()[0] };
-    let slide = MotionSegment { mode, contacts: &contacts, waypoints: &[waypoint, end] };
+    let slide = MotionSegment {
+        mode,
+        contacts: &contacts,
+        waypoints: &[waypoint, end],
+        course: Course::Straight,
+    };
     executor.check_motion(&slide, heartbeat).map(drop).map_err(|violation| violation.to_string())
 }
 

@@ -7,9 +7,10 @@
 use std::cmp::Ordering;
 
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::Margins;
-use surefoot_shared_types::message::chunk::FLAG_LAST;
+use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{
     Check, Contact, Feedback, PlanChunk, SimulationState, SupportMode, Waypoint, WorldCorrection,
 };
@@ -17,9 +18,11 @@ use surefoot_shared_types::world::correction::corrected_digest;
 
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::checker::Checker;
+use crate::check::course::{Course, Stop};
 use crate::check::segment::{MotionSegment, Violation};
-use crate::chunk::continuity::{Stance, check_transition, stance_limbs};
+use crate::chunk::continuity::{Stance, check_transition, is_resting, stance_limbs};
 use crate::chunk::message_check::{Identity, check_identity, check_message};
+use crate::execution::recent_chunks::RecentChunks;
 use crate::execution::simulation::Simulation;
 use crate::kinematics::forward::{Configuration, Posture};
 
@@ -62,6 +65,8 @@ pub struct ChunkExecutor {
     finished: bool,
     /// The rest state of the plan.
     rest_state: Option<RestState>,
+    /// The last accepted chunks of the plan: a smooth plan goes on without a rest.
+    recent: RecentChunks,
     /// The actual rest state, if the feet were misplaced.
     actual: Option<RestState>,
     margins: Margins,
@@ -79,10 +84,13 @@ pub struct RestState {
 }
 
 impl RestState {
-    /// At the end of a chunk of a known mode.
+    /// Where the robot rests after a chunk of a known mode.
     fn after(chunk: &PlanChunk) -> Self {
-        let waypoint = chunk.waypoints()[chunk.waypoints().len() - 1];
-        Self { waypoint, mode: mode_of(chunk), contacts: chunk.contacts().to_vec() }
+        Self {
+            waypoint: Stop::rest(chunk),
+            mode: mode_of(chunk),
+            contacts: chunk.contacts().to_vec(),
+        }
     }
 
     /// A foot that stays keeps the pose at which it was set down, so that the deviation allowed
@@ -108,6 +116,7 @@ impl ChunkExecutor {
             stream: Digest::default(),
             finished: false,
             rest_state: None,
+            recent: RecentChunks::default(),
             actual: None,
             margins: Margins::UNMEASURED,
         }
@@ -139,6 +148,7 @@ impl ChunkExecutor {
                 mode,
                 contacts: contacts(limbs),
             }),
+            recent: RecentChunks::default(),
             actual: None,
             margins: feedback.margins,
         }
@@ -192,18 +202,50 @@ impl ChunkExecutor {
             Stage::Identity => check_identity(chunk, &self.identity)?,
             Stage::Stream => self.check_stream(chunk)?,
             Stage::Continuity => self.check_continuity(chunk, mode_of(chunk))?,
-            Stage::Physics => {
-                let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
-                let segment = MotionSegment { mode: mode_of(chunk), contacts, waypoints };
-                return self.checker.check_segment(&segment, heartbeat);
-            }
+            Stage::Physics => return self.check_physics(chunk, heartbeat),
         }
         Ok(Margins::UNMEASURED)
     }
 
+    /// The physical checks of a chunk, of its stop, and of the stops of the chunks before it as far
+    /// as the robot moves within this chunk meanwhile.
+    fn check_physics(
+        &mut self,
+        chunk: &PlanChunk,
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
+        let (mode, contacts, waypoints) = (mode_of(chunk), chunk.contacts(), chunk.waypoints());
+        if !Stop::is_smooth(chunk) {
+            let course = Course::Straight;
+            let segment = MotionSegment { mode, contacts, waypoints, course };
+            return self.checker.check_segment(&segment, heartbeat);
+        }
+        let none = RecentChunks::default();
+        let recent = if self.starts_plan(chunk) { &none } else { &self.recent };
+        let own = [Stop::of_chunk(chunk)];
+        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
+        let stops = [&own[..], &recent.stops_within(begin, end)].concat();
+        let mut margins = Margins::UNMEASURED;
+        for before in recent.concerned_by(&own[0]) {
+            let found = self.checker.check_stops(&before.segment(&own), heartbeat);
+            let found = found.map_err(|violation| Violation {
+                waypoint: 0,
+                detail: format!("while it brakes before this chunk: {}", violation.detail),
+                ..violation
+            })?;
+            margins = margins.min(&found);
+        }
+        let segment = MotionSegment { mode, contacts, waypoints, course: Course::Smooth(&stops) };
+        Ok(margins.min(&self.checker.check_segment(&segment, heartbeat)?))
+    }
+
     /// Executes a chunk that [`Self::check_chunk`] accepted with these margins.
     pub fn execute(&mut self, chunk: &PlanChunk, margins: &Margins) {
-        let so_far = if self.starts_plan(chunk) { Margins::UNMEASURED } else { self.margins };
+        let starts_plan = self.starts_plan(chunk);
+        let so_far = if starts_plan { Margins::UNMEASURED } else { self.margins };
+        if starts_plan {
+            self.recent.clear();
+        }
         self.margins = so_far.min(margins);
         self.plan = Some((chunk.plan_id, chunk.epoch));
         self.next_sequence = chunk.sequence + 1;
@@ -212,6 +254,7 @@ impl ChunkExecutor {
         let mut rest_state = RestState::after(chunk);
         rest_state.keep_contacts_of(self.rest_state.as_ref());
         self.rest_state = Some(rest_state);
+        self.recent.add(mode_of(chunk), chunk);
         self.actual = None;
     }
 
@@ -246,6 +289,7 @@ impl ChunkExecutor {
 
     /// Ends the plan: the next one must begin at the actual rest state.
     pub fn hold_position(&mut self) {
+        self.recent.clear();
         if let Some(actual) = self.actual.take() {
             self.rest_state = Some(actual);
         }
@@ -360,10 +404,12 @@ impl ChunkExecutor {
     /// robot stands.
     fn check_continuity(&self, chunk: &PlanChunk, mode: SupportMode) -> Result<(), Violation> {
         let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
+        check_rests(chunk).or_else(bad)?;
         let Some(rest_state) = &self.rest_state else {
             return self.check_start(chunk).or_else(bad);
         };
-        let (first, last) = (&chunk.waypoints()[0], &rest_state.waypoint);
+        let goes_on = self.recent.last_waypoint().filter(|_| !self.starts_plan(chunk));
+        let (first, last) = (&chunk.waypoints()[0], goes_on.unwrap_or(&rest_state.waypoint));
         let jump = largest_difference(last, first);
         if !is_at_most(jump, CONTINUITY_MAX) {
             return bad(format!(
@@ -375,6 +421,11 @@ impl ChunkExecutor {
             let (begin, end) = (first.time, last.time);
             return bad(format!("it begins at {begin} s, the chunk before ended at {end} s"));
         }
+        let brakes = self.recent.brake_at().filter(|_| goes_on.is_some());
+        if let Some(before) = brakes.filter(|before| !is_at_most(*before, chunk.brake_at)) {
+            let at = chunk.brake_at;
+            return bad(format!("it brakes at {at} s, before the last chunk does at {before} s"));
+        }
         let before = Stance { mode: rest_state.mode, contacts: &rest_state.contacts };
         check_transition(&before, &Stance { mode, contacts: chunk.contacts() }).or_else(bad)
     }
@@ -385,8 +436,24 @@ fn mode_of(chunk: &PlanChunk) -> SupportMode {
     SupportMode::from_wire(chunk.mode).unwrap_or(SupportMode::Double)
 }
 
-/// The largest difference of any coordinate of two waypoints; NaN where one is NaN.
+/// A plan begins and ends at rest, and so does a chunk without a stop in it.
+fn check_rests(chunk: &PlanChunk) -> Result<(), String> {
+    let waypoints = chunk.waypoints();
+    if chunk.flags & FLAG_FIRST != 0 && !is_resting(&waypoints[0]) {
+        return Err("the plan begins in motion".to_owned());
+    }
+    let ends = chunk.flags & FLAG_LAST != 0 || chunk.brake_duration == 0.0;
+    if ends && !is_resting(&waypoints[waypoints.len() - 1]) {
+        return Err("it ends in motion and names no instant to brake".to_owned());
+    }
+    Ok(())
+}
+
+/// The largest difference of any number of two waypoints but their torques; NaN where one is NaN.
 fn largest_difference(a: &Waypoint, b: &Waypoint) -> f64 {
-    let numbers = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).chain(w.q);
+    let numbers = |w: &Waypoint| {
+        let rates = Waypoint { torque: [0.0; JOINTS_MAX], ..*w }.rates();
+        w.root_position.into_iter().chain(w.root_rotation).chain(w.q).chain(rates)
+    };
     largest(numbers(a).zip(numbers(b)).map(|(x, y)| (x - y).abs()))
 }

@@ -3,5 +3,6 @@
 pub mod disturbance;
 pub mod executor;
 pub mod ground_truth;
+pub mod recent_chunks;
 pub mod simulation;
 pub(crate) mod tuning;

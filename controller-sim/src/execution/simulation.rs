@@ -10,7 +10,9 @@ use surefoot_shared_types::message::simulation_state::{FootForce, STATE_SCHEMA};
 use surefoot_shared_types::message::{PlanChunk, SimulationState, Waypoint};
 
 use crate::check::checker::{Checker, SoleSupports};
+use crate::check::course::Stop;
 use crate::kinematics::forward::Configuration;
+use crate::kinematics::trajectory;
 use crate::statics::ContactLoad;
 
 /// Simulates accepted chunks, tick by tick.
@@ -35,9 +37,9 @@ impl Simulation {
         chunk: &PlanChunk,
         publish: &mut dyn FnMut(&SimulationState),
     ) {
-        let sole_supports = checker.sole_supports(chunk.contacts());
+        let sole_supports = checker.sole_supports(chunk.contacts(), chunk.waypoints());
         for time in self.instants(chunk) {
-            let waypoint = waypoint_at(chunk.waypoints(), time, checker.model().joints.len());
+            let waypoint = waypoint_at(chunk, time, checker.model().joints.len());
             self.ticks += 1;
             publish(&self.state(checker, chunk, &sole_supports, &waypoint));
         }
@@ -102,14 +104,18 @@ fn write_load(state: &mut SimulationState, load: &ContactLoad, joints: usize) {
 }
 
 /// The interpolated waypoint at a time within the waypoints of a chunk.
-fn waypoint_at(waypoints: &[Waypoint], time: f64, joints: usize) -> Waypoint {
+fn waypoint_at(chunk: &PlanChunk, time: f64, joints: usize) -> Waypoint {
+    let waypoints = chunk.waypoints();
     let after = waypoints.partition_point(|waypoint| waypoint.time < time).min(waypoints.len() - 1);
     let (from, to) = (&waypoints[after.saturating_sub(1)], &waypoints[after]);
     let seconds = to.time - from.time;
+    if Stop::is_smooth(chunk) && seconds > 0.0 {
+        return trajectory::between(from, to, time.clamp(from.time, to.time));
+    }
     let share = if seconds > 0.0 { ((time - from.time) / seconds).clamp(0.0, 1.0) } else { 1.0 };
     let [start, end] = [from, to].map(|waypoint| Configuration::of_waypoint(waypoint, joints));
     let Configuration { world_from_root, q } = start.towards(&end, share);
-    let mut waypoint = Waypoint { time, ..*to };
+    let mut waypoint = Waypoint { time, ..to.rested() };
     waypoint.root_position = world_from_root.translation.to_array();
     waypoint.root_rotation = world_from_root.rotation.to_array();
     waypoint.q.iter_mut().zip(q).for_each(|(slot, position)| *slot = position);

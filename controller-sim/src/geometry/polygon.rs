@@ -85,6 +85,21 @@ pub fn margin(polygon: &[DVec2], point: DVec2) -> f64 {
     -smallest(sides(polygon).map(|(a, b)| distance_to_segment(a, b, point)))
 }
 
+/// The part of a convex polygon with `direction . point <= reach`; none if `reach` is NaN.
+pub fn clip(polygon: &[DVec2], direction: DVec2, reach: f64) -> Vec<DVec2> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (a, b) in sides(polygon) {
+        let (before, after) = (reach - direction.dot(a), reach - direction.dot(b));
+        if before >= 0.0 {
+            kept.push(a);
+        }
+        if before >= 0.0 && after < 0.0 || before < 0.0 && after >= 0.0 {
+            kept.push(a + (b - a) * (before / (before - after)));
+        }
+    }
+    kept
+}
+
 /// The sides, each from a vertex to the next.
 pub fn sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1))

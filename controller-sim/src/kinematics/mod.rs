@@ -2,3 +2,4 @@
 
 pub mod forward;
 pub(crate) mod leg_ik;
+pub(crate) mod trajectory;

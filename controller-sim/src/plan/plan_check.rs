@@ -9,16 +9,18 @@ use surefoot_shared_types::base::spatial::Pose;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::chunk::ROOT_FREEDOMS;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
+use surefoot_shared_types::plan_file::ramps::fitting_chunks;
 use surefoot_shared_types::plan_file::read::joint_order;
 use surefoot_shared_types::plan_format::blocks::{
-    ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
+    ChunkBlock, ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
 };
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::check::checker::Checker;
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
+use crate::check::course::{Course, Stop};
 use crate::check::segment::{MotionSegment, Reserves, SegmentReport, Violation};
-use crate::chunk::continuity::{Stance, check_transition, contacts_match};
+use crate::chunk::continuity::{Stance, check_transition, contacts_match, is_resting};
 use crate::plan::endpoints::{EndpointReport, check_endpoint};
 use crate::plan::problem::Problem;
 
@@ -132,6 +134,12 @@ pub fn check_plan_in(
     notes.extend(checker.unshaped_links().map(|link| {
         format!("not checked for collisions: link {link} has mass and no collision shape")
     }));
+    notes.extend(fitting_chunks(plan).err().map(|reason| {
+        format!("the stops of the plan's chunks are not checked: {reason}; the plan was edited")
+    }));
+    if parsed.is_smooth && plan.chunks.is_empty() {
+        notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
+    }
     notes.extend(checker.allowed_overlaps().iter().cloned());
     let endpoint = |block: &EndBlock, waypoint: &Waypoint| {
         check_endpoint(checker.model(), block, waypoint, &parsed.joint_order)
@@ -152,9 +160,11 @@ pub fn check_plan_in(
             mode: phase.mode,
             contacts: &phase.contacts,
             waypoints: &parsed.waypoints[phase.range.clone()],
+            course: if parsed.is_smooth { Course::Smooth(&phase.stops) } else { Course::Straight },
         };
         let mut found = checker.check_all(&segment);
         found.violations.extend(before.and_then(|before| transition_violation(before, phase)));
+        found.violations.extend(parsed.motion_at_end(&phase.range));
         report.add(index, phase.range.start, &mut found);
         before = Some(phase);
     }
@@ -171,6 +181,7 @@ struct ParsedPlan {
     waypoints: Vec<Waypoint>,
     phases: Vec<Phase>,
     joint_order: Vec<usize>,
+    is_smooth: bool,
 }
 
 struct Phase {
@@ -178,6 +189,8 @@ struct Phase {
     contacts: Vec<Contact>,
     /// Its waypoints, both ends included.
     range: Range<usize>,
+    /// The stops of the plan's chunks that take place in it.
+    stops: Vec<Stop>,
 }
 
 impl Phase {
@@ -203,19 +216,27 @@ impl ParsedPlan {
                 "q has not one entry per joint name",
             ));
         }
-        if plan.waypoints.iter().any(|waypoint| !waypoint.velocity.is_empty()) {
-            let message = "states velocities; only motions in straight lines can be checked";
-            return Err(input_error("waypoints".to_owned(), message));
-        }
+        let chunks = fitting_chunks(plan).unwrap_or_default();
         let phase = |(index, block)| {
-            phase(model, block, plan.waypoints.len())
+            phase(model, block, &plan.waypoints, chunks)
                 .map_err(|message| input_error(format!("phase {index}"), message))
         };
         Ok(Self {
             waypoints: plan.waypoints.iter().map(|block| waypoint(block, &joint_order)).collect(),
             phases: plan.phases.iter().enumerate().map(phase).collect::<Result<_, _>>()?,
             joint_order,
+            is_smooth: plan.waypoints.iter().any(|waypoint| !waypoint.velocity.is_empty()),
         })
+    }
+
+    /// A violation if the plan does not begin, or end, at rest within these waypoints.
+    fn motion_at_end(&self, range: &Range<usize>) -> Option<Violation> {
+        let last = self.waypoints.len() - 1;
+        let at = [0, last]
+            .into_iter()
+            .find(|at| range.contains(at) && !is_resting(&self.waypoints[*at]))?;
+        let detail = "the plan begins or ends in motion";
+        Some(Violation::new(Check::Continuity, at - range.start, detail))
     }
 }
 
@@ -244,13 +265,18 @@ fn waypoint(block: &WaypointBlock, joint_order: &[usize]) -> Waypoint {
     waypoint
 }
 
-fn phase(model: &RobotModel, block: &PhaseBlock, waypoints: usize) -> Result<Phase, &'static str> {
+fn phase(
+    model: &RobotModel,
+    block: &PhaseBlock,
+    waypoints: &[WaypointBlock],
+    chunks: &[ChunkBlock],
+) -> Result<Phase, &'static str> {
     let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
     let mode = modes
         .into_iter()
         .find(|mode| mode.name() == block.mode)
         .ok_or("its mode is none of left, right, double")?;
-    if block.last < block.first || block.last >= waypoints {
+    if block.last < block.first || block.last >= waypoints.len() {
         return Err("it covers waypoints that are not there");
     }
     let contacts: Vec<Contact> = block
@@ -262,7 +288,14 @@ fn phase(model: &RobotModel, block: &PhaseBlock, waypoints: usize) -> Result<Pha
     if !contacts_match(&Stance { mode, contacts: &contacts }) {
         return Err("its contacts are not those of its mode");
     }
-    Ok(Phase { mode, contacts, range: block.first..block.last + 1 })
+    let (begin, end) = (waypoints[block.first].t, waypoints[block.last].t);
+    let stops = chunks.iter().map(|chunk| Stop {
+        brake_at: chunk.brake_at,
+        seconds: chunk.brake_duration,
+        resume_seconds: chunk.resume_duration,
+    });
+    let stops = stops.filter(|stop| stop.concerns(begin, end)).collect();
+    Ok(Phase { mode, contacts, range: block.first..block.last + 1, stops })
 }
 
 fn contact(model: &RobotModel, block: &ContactBlock) -> Option<Contact> {

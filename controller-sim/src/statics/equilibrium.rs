@@ -211,6 +211,11 @@ impl MinimaxEffort {
         Self { balance: balance(generators, centre_of_mass), shares }
     }
 
+    /// As [`Self::new`], with the rows of another balance.
+    pub fn with_balance(balance: Vec<Row>, shares: Vec<Row>) -> Self {
+        Self { balance, shares }
+    }
+
     /// By the simplex method; nothing where it finds no forces in equilibrium.
     pub fn by_simplex(&self) -> Option<Vec<f64>> {
         let (count, bounds) = (self.balance[0].0.len(), 2 * self.shares.len());
@@ -292,6 +297,18 @@ pub fn balance(generators: &[Generator], centre_of_mass: DVec3) -> Vec<Row> {
     let mut rows = balance_rows(generators, origin);
     let lever = centre_of_mass - origin;
     (rows[3].1, rows[4].1) = (lever.y, -lever.x);
+    rows
+}
+
+/// The balance rows of forces that exert a wrench: a force (weights), and a torque about the
+/// world's origin (weights times metres).
+pub fn wrench_balance(generators: &[Generator], force: DVec3, torque: DVec3) -> Vec<Row> {
+    let origin = centroid(generators);
+    let mut rows = balance_rows(generators, origin);
+    let about_origin = torque - origin.cross(force);
+    for axis in 0..3 {
+        (rows[axis].1, rows[3 + axis].1) = (force[axis], about_origin[axis]);
+    }
     rows
 }
 

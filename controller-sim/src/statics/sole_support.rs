@@ -1,5 +1,6 @@
-//! Actual support of a sole by the world, sampled by rays over the *whole* declared sole. It does
-//! not depend on the contact polygon that the planner declares.
+//! Actual support of a sole by the world: the air between the real foot and the ground, measured by
+//! rays over the whole declared sole. It does not depend on the contact polygon that the planner
+//! declares.
 
 use std::collections::BTreeMap;
 
@@ -10,17 +11,15 @@ use surefoot_shared_types::message::Contact;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
 
-use crate::base::comparison::{is_at_most, smallest};
-use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::polygon;
 use crate::geometry::rays::{Hit, Target};
-use crate::geometry::separation::separation;
-use crate::geometry::solid::{Convex, Core, Solid};
-use crate::statics::error::CheckerError;
+use crate::statics::resting_contact::{AirSample, resting_region};
 use crate::statics::tuning::{
-    CONTACT_POINTS_MAX, EDGE_PULL, FINE_SAMPLE_SPACING, RAY_START, SAMPLE_SPACING, SOLES_CACHED_MAX,
+    CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, PLANE_DISTANCE_MAX, RAY_START,
+    SOLES_CACHED_MAX,
 };
+use crate::statics::underside::{FineGrid, SolePoint, Underside};
 
 /// A contact point of a sole with the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,61 +35,82 @@ pub struct ContactPoint {
 pub struct SoleSupport {
     /// The foot.
     pub limb: usize,
-    /// Area of the hull of all supported samples, m2.
+    /// Area of the part of the sole that holds, m2.
     pub area: f64,
-    /// The deepest sample below a surface, m; minus infinity over a void.
+    /// How deep the foot is in the ground, m: minus the least air under it; minus infinity over a
+    /// void.
     pub deepest: f64,
-    /// The hull's vertices; empty where the hull has no area.
+    /// The part's vertices; empty where nothing holds.
     pub points: Vec<ContactPoint>,
 }
 
 /// Finds the support of soles and caches it.
 pub struct SupportFinder {
     targets: Vec<Target>,
-    soles: Vec<Vec<DVec2>>,
-    gap_max: f64,
+    undersides: Vec<Underside>,
+    /// The distance by which the real foot may be beside its declared pose, m.
+    shift_max: f64,
     /// Cosines of the largest angle between surface and sole normal, and between surface normal and
     /// the vertical.
     tilt_cos_min: f64,
     slope_cos_min: f64,
-    cache: BTreeMap<(u32, [u64; 7]), SoleSupport>,
+    cache: BTreeMap<(u32, [u64; 8]), SoleSupport>,
 }
 
 #[derive(Clone, Copy)]
 struct RaySample {
-    at: DVec2,
-    /// Height of the sole over the surface, m; infinite over a void.
-    gap: f64,
+    point: SolePoint,
+    /// Distance from the foot down to the surface, m; infinite over a void.
+    air: f64,
+    /// The most air within the distance by which the real foot may be displaced, m.
+    most_air: f64,
     normal: DVec3,
-    is_near: bool,
-    is_supported: bool,
+    /// The growth of the air along the plane of the ground, m per m.
+    gradient: DVec2,
+    is_carrying: bool,
+}
+
+impl RaySample {
+    /// Whether another sample lies in the plane of the ground at this one, and the foot is flat.
+    fn is_in_plane(&self, other: &RaySample) -> bool {
+        let air = self.air + self.gradient.dot(other.point.at - self.point.at);
+        other.is_carrying == self.is_carrying
+            && other.point.height == self.point.height
+            && (other.air - air).abs() <= PLANE_DISTANCE_MAX
+    }
 }
 
 impl SupportFinder {
     /// A finder for the soles of a robot in a world.
     ///
     /// # Errors
-    /// A shape of the world has no form for ray casts.
+    /// A shape of the world or of a foot has no form for ray casts.
     pub fn new(model: &RobotModel, world: &World, config: &CheckerConfig) -> Result<Self, String> {
         let target = |shape: &surefoot_shared_types::world::world::WorldShape| {
             Target::new(&shape.shape, &shape.world_from_shape)
                 .map_err(|error| format!("{}: {error}", shape.name))
         };
+        let undersides: Vec<Underside> =
+            model.feet.iter().map(|foot| Underside::new(model, foot)).collect::<Result<_, _>>()?;
+        let vertices = undersides.iter().flat_map(|underside| &underside.outline);
+        let reach = vertices.map(|vertex| vertex.length()).fold(0.0, f64::max);
         Ok(Self {
             targets: world.shapes.iter().map(target).collect::<Result<_, _>>()?,
-            soles: model.feet.iter().map(|foot| polygon::hull(&foot.polygon)).collect(),
-            gap_max: config.contact_gap_max,
+            undersides,
+            shift_max: config.foot_position_max + config.foot_rotation_max * reach,
             tilt_cos_min: libm::cos(config.contact_tilt_max),
             slope_cos_min: 1.0 / (1.0 + world.mu * world.mu).sqrt() - 1e-9,
             cache: BTreeMap::new(),
         })
     }
 
-    /// The support of a declared contact.
-    pub fn find(&mut self, contact: &Contact) -> SoleSupport {
-        let mut bits = [0; 7];
+    /// The support of a declared contact under a centre of mass at `height` (m) over the sole. The
+    /// height is rounded up.
+    pub fn find(&mut self, contact: &Contact, height: f64) -> SoleSupport {
+        let height = (height.max(0.0) / HEIGHT_STEP).ceil() * HEIGHT_STEP;
+        let mut bits = [0; 8];
         bits.iter_mut()
-            .zip(contact.position.iter().chain(&contact.rotation))
+            .zip(contact.position.iter().chain(&contact.rotation).chain([&height]))
             .for_each(|(bits, value)| *bits = value.to_bits());
         let key = (contact.limb, bits);
         if let Some(support) = self.cache.get(&key) {
@@ -100,6 +120,7 @@ impl SupportFinder {
         let support = self.measure(
             contact.limb as usize,
             &Pose::from_parts(pose.translation, pose.rotation.normalize()),
+            height,
         );
         if self.cache.len() >= SOLES_CACHED_MAX {
             self.cache.clear();
@@ -108,148 +129,152 @@ impl SupportFinder {
         support
     }
 
-    fn measure(&self, limb: usize, world_from_sole: &Pose) -> SoleSupport {
-        let sole = &self.soles[limb];
-        let targets = self.targets_below(sole, world_from_sole);
-        let sample = |at: DVec2| self.sample(&targets, world_from_sole, at);
-        let mut samples: Vec<RaySample> = coarse_samples(sole).into_iter().map(sample).collect();
-        if samples.iter().any(|sample| sample.is_near)
-            && !samples.iter().all(|sample| sample.is_supported)
-        {
-            let near: Vec<DVec2> =
-                samples.iter().filter(|sample| sample.is_near).map(|sample| sample.at).collect();
-            samples.extend(fine_samples(sole, &near).into_iter().map(sample));
-        }
-        let supported: Vec<RaySample> =
-            samples.iter().copied().filter(|sample| sample.is_supported).collect();
-        let flat: Vec<DVec2> = supported.iter().map(|sample| sample.at).collect();
-        let corners = polygon::hull_indices(&flat);
-        let outline: Vec<DVec2> = corners.iter().map(|&index| flat[index]).collect();
-        let deepest = samples.iter().map(|sample| -sample.gap).fold(f64::NEG_INFINITY, f64::max);
-        if outline.len() < 3 {
+    fn measure(&self, limb: usize, world_from_sole: &Pose, height: f64) -> SoleSupport {
+        let samples = self.ray_samples(&self.undersides[limb], world_from_sole);
+        let deepest = -least_air(&samples);
+        let region = certain_region(&samples, height);
+        let area = polygon::area(&region);
+        if region.len() < 3 || area <= 0.0 {
             return SoleSupport { limb, area: 0.0, deepest, points: Vec::new() };
         }
-        let contact_point = |kept: usize| {
-            let RaySample { at, gap, normal, .. } = supported[corners[kept]];
-            ContactPoint { position: *world_from_sole * at.extend(-gap), normal }
+        let contact_point = |at: DVec2| {
+            let nearest = nearest_carrying(&samples, at)?;
+            let ground = at.extend(nearest.point.height - nearest.air);
+            Some(ContactPoint { position: *world_from_sole * ground, normal: nearest.normal })
         };
-        let points = polygon::extreme_vertices(&outline, CONTACT_POINTS_MAX)
-            .into_iter()
-            .map(contact_point)
-            .collect();
-        SoleSupport { limb, area: polygon::area(&outline), deepest, points }
+        let kept = polygon::extreme_vertices(&region, CONTACT_POINTS_MAX);
+        let points = kept.into_iter().filter_map(|index| contact_point(region[index])).collect();
+        SoleSupport { limb, area, deepest, points }
+    }
+
+    /// Samples of the whole sole: a coarse grid, and a fine one where the ground is near and no
+    /// plane.
+    fn ray_samples(&self, underside: &Underside, world_from_sole: &Pose) -> Vec<RaySample> {
+        let targets = self.targets_below(&underside.outline, world_from_sole);
+        let sample = |point: SolePoint| self.sample(&targets, world_from_sole, point);
+        let points = underside.coarse.iter().chain(&underside.edges);
+        let coarse: Vec<RaySample> = points.copied().map(sample).collect();
+        let least = least_air(&coarse);
+        let is_even = |sample: &RaySample| sample.is_carrying && sample.air <= least + EVEN_AIR_MAX;
+        if least == f64::INFINITY || coarse.iter().all(is_even) {
+            return coarse;
+        }
+        let near = coarse
+            .iter()
+            .zip(underside.neighbours())
+            .filter(|(sample, _)| sample.air <= least + NEAR_AIR_MAX);
+        let (in_plane, others): (Vec<_>, Vec<_>) = near.partition(|(sample, neighbours)| {
+            neighbours.iter().all(|&other| sample.is_in_plane(&coarse[other]))
+        });
+        let grid = underside.fine();
+        let around = |samples: &[(&RaySample, &Vec<usize>)]| {
+            grid.around(samples.iter().map(|(sample, _)| sample.point.at))
+        };
+        let (even, indices) = (around(&in_plane), around(&others));
+        let fine = indices.iter().map(|&index| sample(grid.point(index))).collect();
+        self.widen(grid, [&even, &indices], [fine, coarse].concat())
+    }
+
+    /// Measures the most air near each sample. The first samples are those of the grid points
+    /// `indices`; the grid points `even` lie in the plane of a sample, which knows its slope. A
+    /// sample also carries if one as near does: the foot touches a peak from its gentle side.
+    fn widen(
+        &self,
+        grid: &FineGrid,
+        [even, indices]: [&[usize]; 2],
+        mut samples: Vec<RaySample>,
+    ) -> Vec<RaySample> {
+        let mut measured = vec![(f64::INFINITY, false); grid.len()];
+        even.iter().for_each(|&index| measured[index].0 = f64::NEG_INFINITY);
+        indices.iter().zip(&samples).for_each(|(&index, sample)| {
+            measured[index] = (sample.air, sample.is_carrying);
+        });
+        for sample in &mut samples {
+            for index in grid.within(sample.point.at, self.shift_max) {
+                let (air, is_carrying) = measured[index];
+                sample.most_air = sample.most_air.max(air);
+                sample.is_carrying |= is_carrying && sample.air.is_finite();
+            }
+        }
+        samples
     }
 
     fn targets_below(&self, sole: &[DVec2], world_from_sole: &Pose) -> Vec<&Target> {
-        let corners = sole
-            .iter()
-            .flat_map(|at| [RAY_START, -RAY_START].map(|z| *world_from_sole * at.extend(z)));
+        let corners = sole.iter().flat_map(|at| {
+            [3.0 * RAY_START, -2.0 * RAY_START].map(|z| *world_from_sole * at.extend(z))
+        });
         let reached = Bounds::of_points(corners);
         self.targets.iter().filter(|target| target.bounds.distance(&reached) <= 0.0).collect()
     }
 
-    /// One ray from above the sole against its normal; contact where it hits a surface at the
-    /// sole's height that is neither tilted from the sole nor too steep for friction.
-    fn sample(&self, targets: &[&Target], world_from_sole: &Pose, at: DVec2) -> RaySample {
+    /// One ray down from inside the foot, against the sole's normal. A surface carries if it is
+    /// neither tilted from the sole nor too steep for friction.
+    fn sample(&self, targets: &[&Target], world_from_sole: &Pose, point: SolePoint) -> RaySample {
         let up = world_from_sole.rotation * DVec3::Z;
-        let origin = *world_from_sole * at.extend(RAY_START);
-        let mut sample =
-            RaySample { at, gap: f64::INFINITY, normal: up, is_near: false, is_supported: false };
+        let origin = *world_from_sole * point.at.extend(point.height + RAY_START);
+        let void = f64::INFINITY;
+        let gradient = DVec2::ZERO;
+        let mut sample = RaySample {
+            point,
+            air: void,
+            most_air: void,
+            normal: up,
+            gradient,
+            is_carrying: false,
+        };
         for target in targets {
             match target.cast(origin, -up) {
-                Hit::Inside => sample.gap = -RAY_START,
+                Hit::Inside => sample.air = -RAY_START,
                 Hit::Surface { distance, normal }
-                    if distance <= 2.0 * RAY_START && distance - RAY_START < sample.gap =>
+                    if distance <= 2.0 * RAY_START && distance - RAY_START < sample.air =>
                 {
-                    sample = RaySample { gap: distance - RAY_START, normal, ..sample };
+                    sample = RaySample { air: distance - RAY_START, normal, ..sample };
                 }
                 _ => {}
             }
         }
-        sample.is_near = sample.gap.abs() <= self.gap_max;
-        sample.is_supported = sample.is_near
+        sample.is_carrying = sample.air.is_finite()
             && sample.normal.dot(up) >= self.tilt_cos_min
             && sample.normal.z >= self.slope_cos_min;
+        let normal = world_from_sole.rotation.inverse() * sample.normal;
+        sample.gradient = normal.truncate() / normal.z;
+        let slope = if sample.is_carrying { sample.gradient.length() } else { 0.0 };
+        sample.most_air = sample.air + self.shift_max * slope;
         sample
     }
 }
 
-/// A grid over the sole, and points along its edges.
-fn coarse_samples(sole: &[DVec2]) -> Vec<DVec2> {
-    let (low, high) = extent(sole);
-    let count = ((high - low) / SAMPLE_SPACING).ceil();
-    let cells = (0..count.x as usize)
-        .flat_map(|x| (0..count.y as usize).map(move |y| DVec2::new(x as f64, y as f64)));
-    let grid = cells
-        .map(|cell| low + SAMPLE_SPACING * (cell + 0.5))
-        .filter(|&at| polygon::margin(sole, at) >= 0.0);
-    let middle = sole.iter().sum::<DVec2>() / sole.len() as f64;
-    let edges = polygon::sides(sole).flat_map(|(a, b)| {
-        let pieces = ((b - a).length() / SAMPLE_SPACING).ceil().max(1.0) as usize;
-        (0..pieces).map(move |piece| a + (b - a) * (piece as f64 / pieces as f64))
-    });
-    grid.chain(edges.map(|at| middle + (at - middle) * (1.0 - EDGE_PULL))).collect()
-}
-
-/// All points of a fine grid over the sole within half a coarse cell of one of `near`.
-fn fine_samples(sole: &[DVec2], near: &[DVec2]) -> Vec<DVec2> {
-    let (low, high) = extent(sole);
-    let count = ((high - low) / FINE_SAMPLE_SPACING).ceil() + 1.0;
-    let (width, height) = (count.x as usize, count.y as usize);
-    let mut wanted = vec![false; width * height];
-    let cell = |value: f64, count: usize| {
-        (value / FINE_SAMPLE_SPACING).round().clamp(0.0, count as f64 - 1.0) as usize
+/// The part of the sole that holds both where the foot touches all that is near and where it misses
+/// what it may miss.
+fn certain_region(samples: &[RaySample], height: f64) -> Vec<DVec2> {
+    let region = |air: fn(&RaySample) -> f64| {
+        let measured = |sample: &RaySample| AirSample {
+            at: sample.point.at,
+            air: air(sample),
+            is_carrying: sample.is_carrying,
+        };
+        resting_region(&samples.iter().map(measured).collect::<Vec<_>>(), height)
     };
-    for at in near {
-        let (first, last) = (*at - low - 0.5 * SAMPLE_SPACING, *at - low + 0.5 * SAMPLE_SPACING);
-        for x in cell(first.x, width)..=cell(last.x, width) {
-            let row = x * height;
-            wanted[row + cell(first.y, height)..=row + cell(last.y, height)].fill(true);
-        }
+    let touched = region(|sample| sample.air);
+    if samples.iter().all(|sample| sample.air == sample.most_air) {
+        return touched;
     }
-    let chosen = (0..wanted.len()).filter(|&index| wanted[index]);
-    let at = chosen.map(|index| {
-        low + FINE_SAMPLE_SPACING * DVec2::new((index / height) as f64, (index % height) as f64)
-    });
-    at.filter(|&at| polygon::margin(sole, at) >= 0.0).collect()
-}
-
-fn extent(sole: &[DVec2]) -> (DVec2, DVec2) {
-    sole.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
-        (low.min(*at), high.max(*at))
+    let certain = region(|sample| sample.most_air);
+    if touched.len() < 3 || certain.len() < 3 {
+        return Vec::new();
+    }
+    polygon::sides(&touched).fold(certain, |certain, (a, b)| {
+        let outward = -(b - a).perp().normalize_or_zero();
+        polygon::clip(&certain, outward, outward.dot(a))
     })
 }
 
-/// Whether each declared sole lies on its foot's own collision shapes within `tolerance` (m), so
-/// that no robot file declares a sole larger than its foot.
-///
-/// # Errors
-/// A vertex of a sole that is farther from the shapes.
-pub fn check_soles(
-    model: &RobotModel,
-    bodies: &[CollisionBody],
-    tolerance: f64,
-) -> Result<(), CheckerError> {
-    let vertex = Solid::Convex(Convex { core: Core::Segment(0.0), radius: 0.0 });
-    for foot in &model.feet {
-        for at in &foot.polygon {
-            let point = foot.link_from_sole * at.extend(0.0);
-            let placed = SolidPose {
-                world_from_solid: Pose::from_translation(point),
-                bounds: Bounds { low: point, high: point },
-            };
-            let off = bodies.iter().filter(|body| body.link == Some(foot.link)).map(|body| {
-                let on_link = SolidPose::new(body, &Pose::IDENTITY);
-                separation((&body.solid, &on_link), (&vertex, &placed), DVec3::Z, 1.0)
-                    .distance
-                    .abs()
-            });
-            let nearest = smallest(off);
-            if !is_at_most(nearest, tolerance) {
-                let millimetres = (1e3 * nearest).min(1e6).ceil() as u64;
-                return Err(CheckerError::SoleOffFoot { foot: foot.name.clone(), millimetres });
-            }
-        }
-    }
-    Ok(())
+fn least_air(samples: &[RaySample]) -> f64 {
+    samples.iter().map(|sample| sample.air).fold(f64::INFINITY, f64::min)
+}
+
+fn nearest_carrying(samples: &[RaySample], at: DVec2) -> Option<&RaySample> {
+    let distance = |sample: &RaySample| sample.point.at.distance_squared(at);
+    let carrying = samples.iter().filter(|sample| sample.is_carrying);
+    carrying.min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }

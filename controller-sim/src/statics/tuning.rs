@@ -7,10 +7,36 @@
 pub(crate) const SAMPLE_SPACING: f64 = 5e-3;
 /// Spacing of the samples around partial contact, m.
 pub(crate) const FINE_SAMPLE_SPACING: f64 = 1e-3;
-/// Rays begin this far above the sole, m.
+/// Samples no farther apart are neighbours, m: at least five of a sample inside the sole.
+pub(crate) const NEIGHBOUR_DISTANCE: f64 = 7.5e-3;
+/// Neighbours that differ by less from the plane of a sample lie in it, m.
+pub(crate) const PLANE_DISTANCE_MAX: f64 = 1e-7;
+/// Rays begin this far below the sole or above the underside of the foot, m.
 pub(crate) const RAY_START: f64 = 0.02;
+/// A foot counts as flat where its underside is this near to its sole plane, m: meshes of feet are
+/// simplified by as much, and soles yield.
+pub(crate) const SOLE_FLATNESS: f64 = 1e-3;
+/// Differences of the air under a sole below this one are even ground, m.
+pub(crate) const EVEN_AIR_MAX: f64 = 1e-6;
+/// Samples with this much more air than the least are looked at more closely, m.
+pub(crate) const NEAR_AIR_MAX: f64 = 3e-3;
+/// Points with this much more air than the least may touch, m.
+pub(crate) const TOUCH_GAP_MAX: f64 = 1.5e-3;
+/// Tilt of a foot that is level but for rounding, rad.
+pub(crate) const REST_TILT_MIN: f64 = 1e-5;
+/// Difference between the tilts of a foot of which the best counts, rad.
+pub(crate) const REST_TILT_STEP: f64 = 5e-4;
+/// Number of these tilts after the least; the last one, 22 mrad, is the most of a resting foot.
+pub(crate) const REST_TILTS: u32 = 44;
+/// Directions in which a foot may tilt, in addition to those of the sides of its contact.
+pub(crate) const REST_DIRECTIONS: usize = 16;
+/// Heights of the centre of mass over a sole are rounded up to a multiple of this one, m.
+pub(crate) const HEIGHT_STEP: f64 = 0.05;
 /// Edge samples are moved towards the middle by this share of their distance from it.
 pub(crate) const EDGE_PULL: f64 = 1e-4;
+/// Samples of the grids are at least this far inside the sole, m: within the edge samples, so that
+/// a sole that stands evenly has no more contact points than corners.
+pub(crate) const EDGE_INSET: f64 = 1e-4;
 /// Most contact points kept of a sole.
 pub(crate) const CONTACT_POINTS_MAX: usize = 16;
 /// Most soles in the cache.

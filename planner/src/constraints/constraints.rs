@@ -2,15 +2,15 @@
 //! them [Grey 4.1]: the centre of mass over the support polygon, torque limits, and no collision.
 //! Joint limits are satisfied where joints are set. Cheap tests come first.
 
-use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::planner::{FOOT_DRIFT_MAX, FOOT_TURN_MAX};
+use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
 use surefoot_shared_types::message::SupportMode;
 
 use crate::collision::model::{CollisionModel, FootPhase, Hit};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::rejection::Rejection;
 use crate::constraints::tuning::{
-    INTERVALS_MIN, LOAD_SHARES, MARGIN_DEPTH_SHARE_MAX, START_MARGIN_LOSS_MAX,
+    COM_MARGIN_RESERVE, INTERVALS_MIN, LOAD_SHARES, MARGIN_DEPTH_SHARE_MAX, START_MARGIN_LOSS_MAX,
 };
 use crate::robot::configuration::{Configuration, midway};
 use crate::robot::gravity_torques::{FootLoad, balance_loads, effort_use};
@@ -29,19 +29,25 @@ pub struct Constraints {
     pub collision: CollisionModel,
     /// The parameters.
     pub config: PlannerConfig,
+    /// The margin of the centre of mass that the checker demands, m.
+    pub checked_com_margin: f64,
 }
 
 impl Constraints {
-    /// Compiles the constraints and derives the single-support postures.
+    /// Compiles the constraints and derives the single-support postures. The checker's margin is
+    /// the default one.
     pub fn new(robot: Mechanism, collision: CollisionModel, config: PlannerConfig) -> Self {
         let single_support_postures = [0, 1].map(|limb| SingleSupportPosture::derive(&robot, limb));
-        Self { robot, single_support_postures, collision, config }
+        let checked_com_margin = CheckerConfig::default().com_margin;
+        Self { robot, single_support_postures, collision, config, checked_com_margin }
     }
 
     /// Margin of the centre of mass inside a mode's region, m: the configured one, less in small
     /// regions, and less for motions from a start that is nearer to the border.
     pub fn com_margin(&self, mode: &Mode) -> f64 {
-        let desired = self.config.com_margin.min(MARGIN_DEPTH_SHARE_MAX * mode.depth);
+        let checked = self.checked_com_margin + COM_MARGIN_RESERVE;
+        let in_small_region = (MARGIN_DEPTH_SHARE_MAX * mode.depth).max(checked);
+        let desired = self.config.com_margin.min(in_small_region);
         let Some(StartBalance { com, margin_min }) = mode.start else { return desired };
         let margin = mode.region.margin(com);
         let spare = margin - margin_min;

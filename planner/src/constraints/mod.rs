@@ -5,4 +5,4 @@ pub mod foothold;
 pub mod mode;
 pub mod mode_state;
 pub mod rejection;
-mod tuning;
+pub(crate) mod tuning;

@@ -3,6 +3,9 @@
 /// Largest part of a mode's depth that the margin of the centre of mass takes up. It keeps a region
 /// in small support polygons.
 pub(crate) const MARGIN_DEPTH_SHARE_MAX: f64 = 0.6;
+/// The margin of the centre of mass is at least this much larger than the checker's (m), however
+/// small the support: the checker counts less of an edge of the ground, which the foot may miss.
+pub(crate) const COM_MARGIN_RESERVE: f64 = 4e-3;
 /// Largest loss of margin (m) of a motion from a start below the margin; at most half of the spare
 /// margin is lost.
 pub(crate) const START_MARGIN_LOSS_MAX: f64 = 4e-3;

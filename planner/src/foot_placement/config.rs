@@ -2,11 +2,13 @@
 //! it.
 
 use glam::DVec2;
+use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
 
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::tuning::{
-    AREA_SHARE_MIN, CHECKED_AREA_FACTOR, EDGE_DISTANCE_SHARE_MIN, NEAR_TARGETS_MAX, NEIGHBORS_MAX,
+    AREA_SHARE_MIN, CHECKED_AREA_FACTOR, CHECKED_DISTANCE_FACTOR, EDGE_DISTANCE_SHARE_MIN,
+    NEAR_TARGETS_MAX, NEIGHBORS_MAX,
 };
 use crate::geometry::polygon::{area_and_centroid, inner_distance};
 
@@ -32,6 +34,9 @@ pub struct FootPlacementConfig {
     /// Largest angle between a supporting surface's normal and the sole's, rad: the contact tilt
     /// that the checker allows.
     pub normal_tilt_max: f64,
+    /// Height of the centre of mass over the sole, m: a robot whose foot tilts moves it by as much
+    /// times the tilt.
+    pub centre_height: f64,
     /// Largest angle between the normals of features that belong to one plane, rad.
     pub plane_tilt_max: f64,
     /// Angle by which a supporting surface stays inside the friction cone, rad.
@@ -67,8 +72,9 @@ pub struct FootPlacementConfig {
     pub candidates_max: usize,
     /// Most intersection points of one query.
     pub intersection_points_max: usize,
-    /// Most points of the ground under a sole that is set down. Further points are left out there;
-    /// the exact support rejects a sole that they obstruct.
+    /// Most points of the ground under a sole. Of a sole that is set down further points are left
+    /// out, and the exact support rejects a sole that they obstruct; a support with more points is
+    /// rejected.
     pub ground_points_max: usize,
 }
 
@@ -82,6 +88,7 @@ impl Default for FootPlacementConfig {
             plane_distance_max: CONTACT_GAP_MAX,
             contact_width_min: 0.011,
             normal_tilt_max: CONTACT_TILT_MAX,
+            centre_height: 0.9,
             plane_tilt_max: degree,
             friction_margin: degree,
             plate_height: 0.02,
@@ -116,8 +123,14 @@ impl FootPlacementConfig {
     }
 
     /// The parameters for a robot's soles (m, each in its sole frame). `required` is the support
-    /// area that the scenario demands, `checked` the one that its checker demands, m2.
-    pub(crate) fn for_soles(soles: &[Vec<DVec2>], required: f64, checked: f64) -> Self {
+    /// area that the scenario demands, `checked` are the limits of its checker, over whose margin
+    /// of the centre of mass the planner's is larger by `reserve` (m).
+    pub(crate) fn for_soles(
+        soles: &[Vec<DVec2>],
+        required: f64,
+        checked: &CheckerConfig,
+        reserve: f64,
+    ) -> Self {
         let standard = Self::default();
         let (mut area_min, mut edge_distance_min) = (required, standard.centroid_edge_distance_min);
         for sole in soles {
@@ -126,9 +139,11 @@ impl FootPlacementConfig {
             edge_distance_min =
                 edge_distance_min.min(EDGE_DISTANCE_SHARE_MIN * inner_distance(sole, centroid));
         }
+        let checked_area = CHECKED_AREA_FACTOR * checked.support_area_min;
+        let checked_distance = CHECKED_DISTANCE_FACTOR * (checked.com_margin + reserve);
         Self {
-            support_area_min: area_min.max(required.min(CHECKED_AREA_FACTOR * checked)),
-            centroid_edge_distance_min: edge_distance_min,
+            support_area_min: area_min.max(required.min(checked_area)),
+            centroid_edge_distance_min: edge_distance_min.max(checked_distance),
             ..standard
         }
     }
@@ -145,6 +160,7 @@ impl FootPlacementConfig {
             ("plane_distance_max", self.plane_distance_max, 1e-6, 0.01),
             ("contact_width_min", self.contact_width_min, 0.0, 0.05),
             ("normal_tilt_max", self.normal_tilt_max, 1e-6, 0.1),
+            ("centre_height", self.centre_height, 0.0, 10.0),
             ("plane_tilt_max", self.plane_tilt_max, 1e-6, 0.1),
             ("friction_margin", self.friction_margin, 0.0, 0.5),
             ("plate_height", self.plate_height, 2.0 * self.plane_distance_max, 0.2),
@@ -196,9 +212,11 @@ mod tests {
     /// The support area (m2) and the distance to the edge (m) that a sole needs, where the checker
     /// demands the area `checked` (m2).
     fn needs(length: f64, width: f64, checked: f64) -> (f64, f64) {
+        let checked =
+            CheckerConfig { support_area_min: checked, com_margin: 1e-3, ..Default::default() };
         let [x, y] = [0.5 * length, 0.5 * width];
         let sole = vec![DVec2::new(-x, -y), DVec2::new(x, -y), DVec2::new(x, y), DVec2::new(-x, y)];
-        let config = FootPlacementConfig::for_soles(&[sole], 0.008, checked);
+        let config = FootPlacementConfig::for_soles(&[sole], 0.008, &checked, 2e-3);
         (config.support_area_min, config.centroid_edge_distance_min)
     }
 
@@ -211,6 +229,14 @@ mod tests {
             "{area} {edge_distance}"
         );
         assert_eq!(needs(0.05, 0.04, 5e-4).0, 6e-4);
+        let sole = [(-0.1, -0.02), (0.1, -0.02), (0.1, 0.02), (-0.1, 0.02)].map(DVec2::from);
+        let config = FootPlacementConfig::for_soles(
+            &[sole.to_vec()],
+            0.008,
+            &CheckerConfig::default(),
+            3e-3,
+        );
+        assert!((config.centroid_edge_distance_min - 0.01).abs() < 1e-12, "{config:?}");
         assert_eq!(needs(0.2, 0.04, 0.0070).0, 0.008);
     }
 }

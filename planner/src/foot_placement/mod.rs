@@ -26,7 +26,7 @@ mod posed_sole;
 mod proposal;
 mod propose;
 mod request;
-mod rough_ground;
+pub(crate) mod rough_ground;
 mod scratch;
 mod sole_fit;
 pub mod sole_support;

@@ -10,14 +10,14 @@ use crate::foot_placement::elements::{Element, Face};
 use crate::foot_placement::plane_features::pose_on_plane;
 use crate::foot_placement::posed_sole::{PosedSole, SupportRequirement};
 use crate::foot_placement::proposal::{Examined, Proposal};
-use crate::foot_placement::request::{PlacementQuery, Source};
+use crate::foot_placement::request::Source;
 use crate::foot_placement::scratch::Scratch;
 use crate::foot_placement::sole_support::NoSupport;
 use crate::foot_placement::surfaces::Surfaces;
 use crate::foot_placement::tuning::{
     PLANES_TRIED_MAX, REST_ITERATIONS, REST_OFFSETS, WIDE_SUPPORT_SHARE,
 };
-use crate::geometry::polygon::{clip_to_sides, cross, spanned};
+use crate::geometry::polygon::{area_and_centroid, clip_to_sides, cross, spanned};
 
 /// Most replacements of a corner of the triangle below a sole.
 const CLIMBS_MAX: usize = 48;
@@ -59,10 +59,13 @@ pub(crate) fn propose_on_rough_ground(proposal: &mut Proposal<'_, '_>) -> Contro
     let requirement = SupportRequirement { area_min: enough.area_min.max(wide), ..enough };
     let mut others: heapless::Vec<Pose, { REST_OFFSETS.len() }> = heapless::Vec::new();
     for offset in REST_OFFSETS.iter().take(proposal.query.limits.geometric_max as usize) {
-        let Some(pose) = rest_pose(proposal.surfaces, proposal.scratch, proposal.query, *offset)
-        else {
-            continue;
-        };
+        let query = proposal.query;
+        let yaw = yaw_of(query.ideal.rotation);
+        let (sin, cos) = libm::sincos(yaw);
+        let position = query.ideal.translation + DVec2::new(cos, sin).rotate(*offset).extend(0.0);
+        let sole =
+            SoleToRest { outline: query.sole_polygon, position, yaw, reach_z: query.reach_z };
+        let Some(pose) = rest_pose(proposal.surfaces, proposal.scratch, &sole) else { continue };
         if proposal.query.is_in_reach(&pose)
             && proposal.examine(pose, Source::Geometric, requirement)?
                 == Examined::Rejected(NoSupport::AreaTooSmall)
@@ -82,23 +85,31 @@ fn are_coplanar(surfaces: &Surfaces, one: &Face, other: &Face) -> bool {
         && (one.offset - other.offset).abs() <= surfaces.config().plane_distance_max
 }
 
-/// The pose at which the sole rests when it is set down at an offset from the ideal (m, x along
-/// the ideal heading) with the ideal heading; `None` where no ground is below its centroid or
-/// the ground is too steep.
-fn rest_pose(
+/// A sole that is set down.
+pub(crate) struct SoleToRest<'a> {
+    /// Its outline in the sole frame, m.
+    pub outline: &'a [DVec2],
+    /// Where it is set down, m.
+    pub position: DVec3,
+    /// Its heading, rad.
+    pub yaw: f64,
+    /// The lowest and highest ground relative to the position, m.
+    pub reach_z: [f64; 2],
+}
+
+/// The pose at which a sole rests when it is set down; `None` where no ground is below its
+/// centroid or the ground is too steep.
+pub(crate) fn rest_pose(
     surfaces: &Surfaces,
     scratch: &mut Scratch,
-    query: &PlacementQuery,
-    offset: DVec2,
+    sole: &SoleToRest,
 ) -> Option<Pose> {
-    let yaw = yaw_of(query.ideal.rotation);
-    let (sin, cos) = libm::sincos(yaw);
-    let position = query.ideal.translation + DVec2::new(cos, sin).rotate(offset).extend(0.0);
+    let &SoleToRest { outline, position, yaw, .. } = sole;
     let mut pose = pose_on_plane(position, DVec3::Z, yaw);
-    let middle = query.sole_centroid();
-    let mut heights = query.reach_z;
+    let middle = area_and_centroid(outline).1;
+    let mut heights = sole.reach_z;
     for _ in 0..REST_ITERATIONS {
-        gather_ground(surfaces, scratch, query.sole_polygon, &pose, heights);
+        gather_ground(surfaces, scratch, outline, &pose, heights);
         let [a, b, c] = resting_triangle(&scratch.ground, middle)?.map(|point| pose * point);
         let normal = (b - a).cross(c - a).normalize();
         if !surfaces.is_flat_enough(normal) {

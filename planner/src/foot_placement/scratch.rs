@@ -7,6 +7,7 @@ use crate::foot_placement::config::FootPlacementConfig;
 use crate::foot_placement::plane_features::{Candidate, Footprint, Plane};
 use crate::foot_placement::tuning::GATHERING_FACTOR;
 use crate::geometry::polygon::{CLIP_VERTICES_MAX, ClipBuffer};
+use crate::geometry::resting_foot::GroundPoint;
 
 /// Memory of one caller's queries. No query allocates beyond it. One per thread, for any number of
 /// [`Surfaces`](crate::foot_placement::Surfaces).
@@ -31,6 +32,10 @@ pub(crate) struct Contacts {
     pub points: Bounded<DVec2>,
     /// Their convex hull.
     pub hull: Vec<DVec2>,
+    /// Another polygon while the hull is clipped.
+    pub spare: Vec<DVec2>,
+    /// The ground at and near these points, in the sole frame, m.
+    pub ground: Bounded<GroundPoint>,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
     /// world.
     pub intrusion: Option<DVec3>,
@@ -66,6 +71,8 @@ impl Scratch {
             contacts: Contacts {
                 points: Bounded::new(config.contact_points_max),
                 hull: Vec::with_capacity(config.contact_points_max + 8),
+                spare: Vec::with_capacity(config.contact_points_max + 8),
+                ground: Bounded::new(config.ground_points_max),
                 intrusion: None,
             },
             features: Bounded::new(GATHERING_FACTOR * config.features_max),
@@ -88,7 +95,8 @@ impl Scratch {
     pub fn heap_bytes(&self) -> usize {
         2 * CLIP_VERTICES_MAX * size_of::<DVec3>()
             + self.contacts.points.heap_bytes()
-            + self.contacts.hull.capacity() * size_of::<DVec2>()
+            + (self.contacts.hull.capacity() + self.contacts.spare.capacity()) * size_of::<DVec2>()
+            + self.contacts.ground.heap_bytes()
             + self.features.heap_bytes()
             + self.planes.nearest.heap_bytes()
             + self.planes.footprints.heap_bytes()
@@ -102,6 +110,7 @@ impl Scratch {
     /// Items that were left out because their list was full, since this scratch was made.
     pub fn dropped(&self) -> u64 {
         self.contacts.points.dropped()
+            + self.contacts.ground.dropped()
             + self.features.dropped()
             + self.planes.nearest.dropped()
             + self.planes.footprints.dropped()

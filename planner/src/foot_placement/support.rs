@@ -14,6 +14,7 @@ use crate::geometry::polygon::{
     area_and_centroid, clip, clip_to_sides, convex_hull, distance_to, inner_distance, simplify,
     width,
 };
+use crate::geometry::resting_foot::{GroundPoint, clip_to_held};
 
 /// Depth inside the outline from which a surface counts as standing in it, m. A surface that only
 /// touches the outline does not.
@@ -21,6 +22,8 @@ const OUTLINE_INSET: f64 = 1e-4;
 /// Depth below the sole plane from which a surface that faces down does not cover the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
+/// Distance of a foot from its planned place against which its support is secured, m.
+const FOOT_SHIFT_MAX: f64 = 2.5e-3;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
@@ -102,6 +105,7 @@ impl Surfaces {
         any_intrusion: bool,
     ) -> Result<Findings, NoSupport> {
         scratch.contacts.points.clear();
+        scratch.contacts.ground.clear();
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
         let (region, plate) =
@@ -141,10 +145,18 @@ impl Surfaces {
         let alignment = face.normal.dot(sole.normal);
         let obstructs_above = if alignment < -0.5 { -COVER_DEPTH } else { tolerance };
         let is_level = alignment.abs() >= self.carrying_cos;
-        if !plate.overlaps(&around) || !is_level && around.max.z <= obstructs_above {
+        let may_tip = alignment > 0.0 && around.max.z > -tolerance;
+        if !plate.overlaps(&around) || !is_level && !may_tip && around.max.z <= obstructs_above {
             return;
         }
         clip_to_sides(buffer, &sole.sides, 0.0);
+        if !is_level && may_tip {
+            let near = |point: &&DVec3| point.z >= -tolerance;
+            for &at in scratch.clip.polygon.iter().filter(near) {
+                scratch.contacts.ground.push(GroundPoint { at, is_carrying: false });
+            }
+        }
+        let buffer = &mut scratch.clip;
         let clipped = bvh::Aabb::of_points(buffer.polygon.iter().copied());
         let (lowest, highest) = (clipped.min.z, clipped.max.z);
         findings.faces_down |= alignment <= -self.carrying_cos && lowest.abs() <= tolerance;
@@ -164,6 +176,9 @@ impl Surfaces {
                 return;
             }
             scratch.contacts.add_all(&scratch.clip.polygon);
+            // A foot that lands beside its place finds an inclined face lower.
+            let incline = (1.0 - alignment * alignment).max(0.0).sqrt() / alignment;
+            scratch.contacts.add_ground(&scratch.clip.polygon, FOOT_SHIFT_MAX * incline);
         }
     }
 
@@ -189,6 +204,7 @@ impl Surfaces {
                     && inner_distance(sole.outline, point.truncate()) >= 0.0
                 {
                     scratch.contacts.add(point.truncate());
+                    scratch.contacts.add_ground(&[point], 0.0);
                 }
             }
         }
@@ -204,6 +220,7 @@ impl Surfaces {
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
         scratch.contacts.add_all(&scratch.clip.polygon);
+        scratch.contacts.add_ground(&scratch.clip.polygon, 0.0);
     }
 
     /// The highest point of a capsule or ball with the axis `a b` (sole frame) within the plate
@@ -241,8 +258,13 @@ impl Surfaces {
         scratch: &mut Scratch,
         area_min: f64,
     ) -> Result<Support, NoSupport> {
-        let Contacts { points, hull, .. } = &mut scratch.contacts;
+        let Contacts { points, hull, spare, ground, .. } = &mut scratch.contacts;
+        if ground.is_full() {
+            return Err(NoSupport::TooManyElements);
+        }
         convex_hull(points, hull);
+        simplify(hull, POLYGON_VERTICES_MAX);
+        clip_to_held(hull, spare, ground, self.config.centre_height);
         simplify(hull, POLYGON_VERTICES_MAX);
         let (area, centroid) = area_and_centroid(hull);
         if area < area_min {
@@ -260,6 +282,13 @@ impl Contacts {
     /// Adds the vertices of a polygon in the sole frame.
     fn add_all(&mut self, polygon: &[DVec3]) {
         polygon.iter().for_each(|point| self.add(point.truncate()));
+    }
+
+    /// Adds the vertices of a polygon in the sole frame, lower by `drop` (m), to the ground that
+    /// carries.
+    fn add_ground(&mut self, polygon: &[DVec3], drop: f64) {
+        let point = |&at: &DVec3| GroundPoint { at: at - drop * DVec3::Z, is_carrying: true };
+        polygon.iter().map(point).for_each(|point| self.ground.push(point));
     }
 
     /// Adds a contact point. A full list is first reduced to its hull, which loses nothing.

@@ -15,6 +15,9 @@ pub(crate) const AREA_SHARE_MIN: f64 = 0.26;
 pub(crate) const EDGE_DISTANCE_SHARE_MIN: f64 = 0.29;
 /// Every sole needs at least this multiple of the area that the checker requires.
 pub(crate) const CHECKED_AREA_FACTOR: f64 = 1.2;
+/// The centroid of a support is at least this multiple of the smallest margin of the centre of mass
+/// from its edge.
+pub(crate) const CHECKED_DISTANCE_FACTOR: f64 = 1.25;
 
 // Compiling a world.
 

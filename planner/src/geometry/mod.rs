@@ -7,6 +7,7 @@ pub(crate) mod coplanar_faces;
 pub(crate) mod distance;
 pub mod narrow_phase;
 pub(crate) mod polygon;
+pub(crate) mod resting_foot;
 pub mod shape_error;
 pub mod solid;
 pub(crate) mod triangle_mesh;

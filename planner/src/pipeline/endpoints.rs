@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::yaw_of;
 use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::{Contact, RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
@@ -19,6 +20,7 @@ use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::foot_placement::YAW_SPREAD_MAX;
 use crate::foot_placement::foothold_query::FootholdQuery;
+use crate::foot_placement::rough_ground::{SoleToRest, rest_pose};
 use crate::foot_placement::sole_support::{NoSupport, SurfacesError};
 use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, Surfaces};
 use crate::pipeline::outcome::EndpointError;
@@ -192,8 +194,8 @@ impl Endpoint {
     }
 }
 
-/// The foothold at a sole pose, or where that has no support the nearest one within
-/// [`OFFSET_MAX`].
+/// The foothold at a sole pose; where that has no support, the one in which the sole comes to rest
+/// when it is set down there, or else the nearest one within [`OFFSET_MAX`].
 ///
 /// # Errors
 /// The ground supports no sole there, or the foot collides with the world.
@@ -206,6 +208,17 @@ pub(crate) fn foothold_near(
 ) -> Result<Foothold, EndpointError> {
     let exact = foothold_at(constraints, surfaces, scratch, limb, wanted);
     let Err(EndpointError::Unsupported { .. }) = exact else { return exact };
+    let sole = SoleToRest {
+        outline: &constraints.robot.soles[limb].polygon,
+        position: wanted.translation,
+        yaw: yaw_of(wanted.rotation),
+        reach_z: GROUND_Z,
+    };
+    if let Some(pose) = rest_pose(surfaces, scratch, &sole)
+        && let Ok(foothold) = foothold_at(constraints, surfaces, scratch, limb, &pose)
+    {
+        return Ok(foothold);
+    }
     let query = FootholdQuery {
         limb,
         ideal: *wanted,

@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState};
@@ -14,6 +15,7 @@ use crate::base::threads::Threads;
 use crate::collision::error::CollisionError;
 use crate::collision::model::CollisionModel;
 use crate::constraints::constraints::Constraints;
+use crate::constraints::tuning::COM_MARGIN_RESERVE;
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use crate::motion::roadmap::Roadmap;
@@ -35,14 +37,18 @@ use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::segmentation_stage::SegmentationStage;
 use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
+use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
-use crate::plan::time_parameterization::TimeParameterization;
+use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
 use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
 use crate::preparation::Preparation;
 use crate::preparation::PreparationError;
 use crate::preparation::planning_context::PlanningContext;
 use crate::robot::mechanism::{Mechanism, MechanismError};
+use crate::timing::limits::TimingLimits;
+use crate::timing::path_timing::PathTiming;
+use crate::timing::timed_robot::TimedRobot;
 
 /// Number of sides of the pyramid that a checker may put inside the friction cone. Vertical forces
 /// must lie in it, too.
@@ -179,7 +185,12 @@ impl<'a> PlannerBuilder<'a> {
             ),
             recovery: RecoveryStage::default(),
             shortcuts: ShortcutStage::new(edges_max),
-            chunks: ChunkStage::new(self.chunks(&context)),
+            smooth_path: SmoothPathStage::new(
+                self.scenario.execution.motion == MotionKind::Smooth,
+                edges_max,
+                config.waypoints_max as usize,
+            ),
+            chunks: ChunkStage::new(self.chunks(&context), self.timing()),
         };
         let mut planner = Planner { context, search, stages, stage: Stage::Endpoints };
         self.begin_in_rest_state(&mut planner)?;
@@ -204,7 +215,8 @@ impl<'a> PlannerBuilder<'a> {
             threads: self.threads.get(),
             reason: error.to_string(),
         })?;
-        let constraints = Constraints::new(robot, collision, config.clone());
+        let mut constraints = Constraints::new(robot, collision, config.clone());
+        constraints.checked_com_margin = self.scenario.checker.com_margin;
         let (preparation, seed) = (self.preparation.clone(), self.scenario.seed);
         Ok((PlanningContext { constraints, surfaces, preparation, threads, seed }, placement))
     }
@@ -246,6 +258,15 @@ impl<'a> PlannerBuilder<'a> {
         }
     }
 
+    /// The timing of smooth paths, if plans are smoothed.
+    fn timing(&self) -> Option<PathTiming> {
+        let execution = &self.scenario.execution;
+        let limits = TimingLimits::new(self.model, execution.share, self.world.mu);
+        let points_max = self.scenario.planner.waypoints_max as usize;
+        (execution.motion == MotionKind::Smooth)
+            .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
+    }
+
     /// The builder of the plan's chunks.
     fn chunks(&self, context: &PlanningContext) -> ChunkBuilder {
         let provenance = Provenance {
@@ -255,8 +276,11 @@ impl<'a> PlannerBuilder<'a> {
             joints_len: context.constraints.robot.joints_len,
         };
         let waypoints_max = self.scenario.planner.waypoints_max as usize;
-        let mut chunks =
-            ChunkBuilder::new(waypoints_max, provenance, TimeParameterization::new(self.model));
+        let checked_margin = self.scenario.checker.com_margin + COM_MARGIN_RESERVE;
+        let most = self.scenario.planner.com_margin - checked_margin;
+        let balance = BalanceReserve { checked_margin, most };
+        let timing = TimeParameterization::new(self.model, balance);
+        let mut chunks = ChunkBuilder::new(waypoints_max, provenance, timing);
         let (plan_id, epoch) = self.plan_name;
         chunks.set_plan_id(plan_id, epoch);
         chunks
@@ -304,7 +328,8 @@ fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> Fo
     let standard = FootPlacementConfig::for_soles(
         &robot.soles.each_ref().map(|sole| sole.polygon.clone()),
         scenario.planner.support_area_min,
-        scenario.checker.support_area_min,
+        &scenario.checker,
+        COM_MARGIN_RESERVE,
     );
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {
@@ -312,6 +337,7 @@ fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> Fo
         // Near placements come first, however small their support: the search weighs it
         // (docs/decisions/0010-foot-placement.md).
         support_area_inflation: 1.0,
+        centre_height: robot.centre_height,
         ..standard
     }
 }

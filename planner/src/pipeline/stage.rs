@@ -31,6 +31,8 @@ pub enum Stage {
     Recovery,
     /// Motions are shortened [Grey 4.4.6].
     Shortcuts,
+    /// The smooth path over the plan is made.
+    SmoothPath,
     /// The plan's chunks are written and finalized.
     Chunks,
     /// The search has ended.
@@ -48,7 +50,7 @@ impl Stage {
             Self::Sequence => Some(WorkCategory::Sequence),
             Self::Configurations => Some(WorkCategory::Configurations),
             Self::Primitives | Self::Motions => Some(WorkCategory::Motions),
-            Self::Shortcuts => Some(WorkCategory::Shortcuts),
+            Self::Shortcuts | Self::SmoothPath => Some(WorkCategory::Shortcuts),
             Self::Chunks => Some(WorkCategory::Chunks),
             Self::Segments | Self::Recovery | Self::Over => None,
         }
@@ -115,7 +117,7 @@ pub enum WorkCategory {
     Configurations,
     /// Finding motions, those of primitives included.
     Motions,
-    /// Shortening motions.
+    /// Shortening and smoothing motions.
     Shortcuts,
     /// Writing and finalizing chunks.
     Chunks,

@@ -20,7 +20,7 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 32] = [
+pub const TRANSITIONS: [Transition; 33] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
     row(Stage::Route, Event::Near, Stage::DirectSteps),
@@ -41,7 +41,7 @@ pub const TRANSITIONS: [Transition; 32] = [
     row(Stage::Segments, Event::NeedsMotions, Stage::Motions),
     row(Stage::Segments, Event::LeaveRoute, Stage::Route),
     row(Stage::Segments, Event::Complete, Stage::Shortcuts),
-    row(Stage::Segments, Event::NoWorkLeft, Stage::Chunks),
+    row(Stage::Segments, Event::NoWorkLeft, Stage::SmoothPath),
     row(Stage::Estimates, Event::Done, Stage::Segments),
     row(Stage::Sequence, Event::Done, Stage::Segments),
     row(Stage::Configurations, Event::Done, Stage::Segments),
@@ -51,7 +51,8 @@ pub const TRANSITIONS: [Transition; 32] = [
     row(Stage::Recovery, Event::Detour, Stage::Route),
     row(Stage::Recovery, Event::LongSteps, Stage::Connections),
     row(Stage::Recovery, Event::Near, Stage::DirectSteps),
-    row(Stage::Shortcuts, Event::Done, Stage::Chunks),
+    row(Stage::Shortcuts, Event::Done, Stage::SmoothPath),
+    row(Stage::SmoothPath, Event::Done, Stage::Chunks),
     row(Stage::Chunks, Event::Found, Stage::Over),
 ];
 

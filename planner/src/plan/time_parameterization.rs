@@ -1,5 +1,6 @@
 //! Time parameterization of a chunk: short times within the limits of the joints' speeds and
-//! accelerations and of the root's speed (compare Kunz, Stilman 2012).
+//! accelerations, of the root's speed and of the acceleration of the centre of mass (compare Kunz,
+//! Stilman 2012).
 //!
 //! Between waypoints the motion is linear, so speeds change only at waypoints: by
 //! `|v[k] - v[k-1]|`, over half the time of both intervals beside the waypoint. A chunk begins and
@@ -9,14 +10,27 @@
 //! interval is that long, each change of speed is at most the sum of two stops, for which both
 //! intervals have the time. From there, sweeps shorten one interval after the other as far as its
 //! neighbours allow, so the times are valid after every sweep.
+//!
+//! An acceleration of the centre of mass moves the zero-moment point by `h / g` of it, where `h` is
+//! the height of the centre of mass. A change of its speed counts as spread over at most
+//! [`SPREAD_MAX`]. At last all times are stretched until joints that pass the waypoints with a
+//! continuous speed keep their limits.
 
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
-use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
+use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::geometry::convex_region::ConvexRegion;
+use crate::kinematics::forward::Kinematics;
+use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
-    HALVINGS, JOINT_SPEED_MAX, LIMIT_SHARE, ROOT_SPEED_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    ACCELERATION_SHARE, BALANCE_RESERVE_MIN, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX,
+    LIMIT_SHARE, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
 };
+use crate::robot::mechanism::LINKS_MAX;
 
 /// Most intervals of a chunk.
 pub const INTERVALS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
@@ -28,10 +42,66 @@ pub struct TimeParameterization {
     speeds: [f64; JOINTS_MAX],
     /// Largest accelerations, rad/s2 or m/s2.
     accelerations: [f64; JOINTS_MAX],
+    kinematics: Kinematics,
+    balance: BalanceReserve,
 }
 
-/// Displacement of every joint within an interval over its largest acceleration, s2.
-type Displacements = [f64; JOINTS_MAX];
+/// How far accelerations may move the zero-moment point from the centre of mass, seen from above.
+#[derive(Debug, Clone, Copy)]
+pub struct BalanceReserve {
+    /// Margin at which a motion has no reserve, m: more than the checker's, whose region may be
+    /// smaller.
+    pub checked_margin: f64,
+    /// Most reserve that is used, m: the planner's usual margin beyond the checker's.
+    pub most: f64,
+}
+
+impl BalanceReserve {
+    /// The reserve of a motion whose centre of mass, seen from above, keeps `margin` (m) in its
+    /// support region.
+    fn of(&self, margin: f64) -> f64 {
+        (margin - self.checked_margin).clamp(BALANCE_RESERVE_MIN, self.most)
+    }
+}
+
+/// Where the feet of a motion stand.
+#[derive(Debug, Clone)]
+pub struct Ground {
+    /// Mean height of the soles, m.
+    height: f64,
+    /// Region of the centre of mass in world x and y.
+    region: ConvexRegion,
+}
+
+impl Ground {
+    /// The ground under these contacts.
+    pub fn under(contacts: &[Contact]) -> Self {
+        let heights = contacts.iter().map(|contact| contact.position[2]);
+        let vertices = contacts.iter().flat_map(|contact| {
+            let world_from_sole = contact.world_from_sole();
+            let polygon = &contact.polygon[..contact.polygon_len as usize];
+            let seen_from_above =
+                move |vertex: &[f64; 2]| world_from_sole * DVec2::from(*vertex).extend(0.0);
+            polygon.iter().map(seen_from_above).map(DVec3::truncate)
+        });
+        Self {
+            height: heights.sum::<f64>() / contacts.len().max(1) as f64,
+            region: ConvexRegion::hull(vertices),
+        }
+    }
+}
+
+/// Displacements within an interval, each over its largest acceleration, s2.
+#[derive(Debug, Clone, Copy)]
+struct Displacements {
+    joints: [f64; JOINTS_MAX],
+    /// Of the centre of mass, seen from above.
+    centre: DVec2,
+}
+
+impl Displacements {
+    const NONE: Self = Self { joints: [0.0; JOINTS_MAX], centre: DVec2::ZERO };
+}
 
 /// Accumulates the intervals between a chunk's waypoints to times, from `begin` (s) on. Returns the
 /// time of the last waypoint, s.
@@ -44,7 +114,7 @@ pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
 
 impl TimeParameterization {
     /// The limits of a robot.
-    pub fn new(model: &RobotModel) -> Self {
+    pub fn new(model: &RobotModel, balance: BalanceReserve) -> Self {
         let limits = |limit: fn(&Joint) -> f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             limits.iter_mut().zip(&model.joints).for_each(|(slot, joint)| *slot = limit(joint));
@@ -52,25 +122,47 @@ impl TimeParameterization {
         };
         Self {
             speeds: limits(|joint| JOINT_SPEED_MAX.min(LIMIT_SHARE * joint.velocity)),
-            accelerations: limits(|joint| LIMIT_SHARE * joint.acceleration),
+            accelerations: limits(|joint| ACCELERATION_SHARE * joint.acceleration),
+            kinematics: Kinematics::new(model),
+            balance,
         }
     }
 
     /// Sets the time of each of a chunk's waypoints to the interval since the waypoint before it,
     /// s; 0 at the first.
-    pub fn set_intervals(&self, waypoints: &mut [Waypoint]) {
-        let intervals = self.intervals(waypoints);
+    pub fn set_intervals(&self, waypoints: &mut [Waypoint], ground: &Ground) {
+        let intervals = self.intervals(waypoints, ground);
+        let time_scale = self.time_scale(waypoints, &intervals);
         for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
-            waypoint.time = *interval;
+            waypoint.time = time_scale * interval;
         }
     }
 
+    /// The factor of all times with which the joints keep their limits, at least 1.
+    fn time_scale(&self, waypoints: &[Waypoint], intervals: &[f64; INTERVALS_MAX]) -> f64 {
+        let needed = needed_accelerations(waypoints, intervals);
+        let shares = needed.iter().zip(&self.accelerations).map(|(needed, limit)| {
+            // `accelerations` are `ACCELERATION_SHARE` of the limits.
+            needed * ACCELERATION_SHARE / (LIMIT_SHARE * limit)
+        });
+        shares.fold(1.0, f64::max).sqrt()
+    }
+
     /// The time from each waypoint to the next, s.
-    fn intervals(&self, waypoints: &[Waypoint]) -> [f64; INTERVALS_MAX] {
-        let mut displacements = [[0.0; JOINTS_MAX]; INTERVALS_MAX];
+    fn intervals(&self, waypoints: &[Waypoint], ground: &Ground) -> [f64; INTERVALS_MAX] {
+        let mut displacements = [Displacements::NONE; INTERVALS_MAX];
         let (mut shortest, mut times) = ([0.0; INTERVALS_MAX], [0.0; INTERVALS_MAX]);
+        let centres = self.centres_of_mass(waypoints);
+        let margins = centres.iter().map(|centre| ground.region.margin(centre.truncate()));
+        let shift_max = CENTRE_SHIFT_SHARE * self.balance.of(margins.fold(f64::INFINITY, f64::min));
         for (index, pair) in waypoints.windows(2).enumerate() {
-            displacements[index] = self.displacements(pair);
+            let centres = [centres[index], centres[index + 1]];
+            let height = (centres[0].z.max(centres[1].z) - ground.height).max(0.0);
+            let acceleration = GRAVITY * shift_max / height;
+            displacements[index] = Displacements {
+                joints: self.displacements(pair),
+                centre: (centres[1] - centres[0]).truncate() / acceleration,
+            };
             shortest[index] = self.shortest(pair);
             times[index] = shortest[index].max(rest_to_rest(&displacements[index]));
         }
@@ -85,8 +177,17 @@ impl TimeParameterization {
         times
     }
 
+    fn centres_of_mass(&self, waypoints: &[Waypoint]) -> heapless::Vec<DVec3, CHUNK_WAYPOINTS_MAX> {
+        let mut links = [Pose::IDENTITY; LINKS_MAX];
+        let centre = |waypoint: &Waypoint| {
+            self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, &mut links);
+            self.kinematics.center_of_mass(&links)
+        };
+        waypoints.iter().map(centre).collect()
+    }
+
     /// The displacement of each joint in units of its largest acceleration, s2.
-    fn displacements(&self, pair: &[Waypoint]) -> Displacements {
+    fn displacements(&self, pair: &[Waypoint]) -> [f64; JOINTS_MAX] {
         std::array::from_fn(|joint| {
             (pair[1].q[joint] - pair[0].q[joint]) / self.accelerations[joint]
         })
@@ -104,10 +205,12 @@ impl TimeParameterization {
 
 /// The shortest time of a displacement from rest to rest, s.
 fn rest_to_rest(displacements: &Displacements) -> f64 {
-    (2.0 * displacements
+    let centre = displacements.centre.length();
+    let largest = displacements
+        .joints
         .iter()
-        .fold(0.0, |longest: f64, displacement| longest.max(displacement.abs())))
-    .sqrt()
+        .fold(centre, |largest, displacement| largest.max(displacement.abs()));
+    (2.0 * largest).sqrt().max(2.0 * centre / SPREAD_MAX)
 }
 
 /// The shortest time of an interval (s), not below `shortest`, for which the changes of speed at
@@ -133,39 +236,62 @@ fn shortened(displacements: &[Displacements], times: &[f64], index: usize, short
     time
 }
 
-/// Whether every joint's change of speed at the waypoint between two intervals is within its limit.
+/// Whether the changes of speed at the waypoint between two intervals are within their limits.
 /// `None` is rest.
 fn change_fits(
     before: Option<(&Displacements, f64)>,
     after: Option<(&Displacements, f64)>,
 ) -> bool {
-    const REST: Displacements = [0.0; JOINTS_MAX];
     let [(a, a_time), (b, b_time)] =
-        [before, after].map(|interval| interval.unwrap_or((&REST, 0.0)));
+        [before, after].map(|interval| interval.unwrap_or((&Displacements::NONE, 0.0)));
     let [a_rate, b_rate] = [a_time, b_time].map(|time| if time > 0.0 { 1.0 / time } else { 0.0 });
     let largest = a
+        .joints
         .iter()
-        .zip(b)
+        .zip(&b.joints)
         .fold(0.0, |largest: f64, (a, b)| largest.max((b * b_rate - a * a_rate).abs()));
-    largest <= 0.5 * (a_time + b_time)
+    let centre = (b.centre * b_rate - a.centre * a_rate).length();
+    let seconds = 0.5 * (a_time + b_time);
+    largest <= seconds && centre <= seconds.min(SPREAD_MAX)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use bytemuck::Zeroable;
+    use surefoot_shared_types::robot::load::load_robot;
 
     use super::*;
 
     const LIMIT: f64 = 5.0;
 
     fn timing() -> TimeParameterization {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../configs/robots/hubo/robot.toml");
+        let model = load_robot(Path::new(path)).unwrap();
         TimeParameterization {
             speeds: [JOINT_SPEED_MAX; JOINTS_MAX],
             accelerations: [LIMIT; JOINTS_MAX],
+            kinematics: Kinematics::new(&model),
+            balance: BalanceReserve { checked_margin: 0.0, most: 1e3 },
         }
     }
 
     /// Waypoints of one joint.
+    /// A support region of kilometres.
+    fn wide() -> ConvexRegion {
+        let corners = [(-1e3, -1e3), (1e3, -1e3), (1e3, 1e3), (-1e3, 1e3)];
+        ConvexRegion::hull(corners.into_iter().map(|(x, y)| DVec2::new(x, y)))
+    }
+
+    #[test]
+    fn the_reserve_is_what_a_motion_keeps_beyond_the_checker() {
+        let balance = BalanceReserve { checked_margin: 5e-3, most: 15e-3 };
+        assert_eq!(balance.of(0.1), 15e-3);
+        assert!((balance.of(9e-3) - 4e-3).abs() < 1e-15);
+        assert_eq!(balance.of(4e-3), BALANCE_RESERVE_MIN);
+    }
+
     fn along(positions: &[f64]) -> Vec<Waypoint> {
         let waypoint = |position: &f64| {
             let mut waypoint = Waypoint::zeroed();
@@ -177,7 +303,7 @@ mod tests {
 
     fn timed(positions: &[f64]) -> Vec<Waypoint> {
         let mut waypoints = along(positions);
-        timing().set_intervals(&mut waypoints);
+        timing().set_intervals(&mut waypoints, &Ground { height: 0.0, region: wide() });
         let end = accumulate(&mut waypoints, 2.0);
         assert_eq!((waypoints[0].time, waypoints.last().unwrap().time), (2.0, end));
         waypoints
@@ -241,6 +367,38 @@ mod tests {
                 .windows(2)
                 .all(|pair| pair[1].time - pair[0].time >= WAYPOINT_INTERVAL_MIN - 1e-12)
         );
+    }
+
+    #[test]
+    fn the_centre_of_mass_accelerates_gently() {
+        let shift = 0.01;
+        let balance = BalanceReserve { checked_margin: 0.0, most: shift / CENTRE_SHIFT_SHARE };
+        let timing = TimeParameterization { balance, ..timing() };
+        // Half a metre forwards, then to the side, at a height of 1 m over the ground.
+        let mut waypoints = vec![Waypoint::zeroed()];
+        for step in 1..=20 {
+            let mut waypoint = waypoints[step - 1];
+            waypoint.root_position[usize::from(step > 10)] += 0.05;
+            waypoints.push(waypoint);
+        }
+        waypoints.iter_mut().for_each(|waypoint| waypoint.root_rotation = [0.0, 0.0, 0.0, 1.0]);
+        let mut links = [Pose::IDENTITY; LINKS_MAX];
+        timing.kinematics.forward(&Pose::IDENTITY, &[0.0; JOINTS_MAX], &mut links);
+        let height = timing.kinematics.center_of_mass(&links).z;
+        timing.set_intervals(&mut waypoints, &Ground { height: height - 1.0, region: wide() });
+        let acceleration_max = GRAVITY * shift;
+        let speed = |pair: &[Waypoint]| {
+            let [a, b] = [0, 1].map(|end| DVec2::from_slice(&pair[end].root_position));
+            (b - a) / pair[1].time
+        };
+        let mut before = (DVec2::ZERO, 0.0);
+        for pair in waypoints.windows(2) {
+            let here = (speed(pair), pair[1].time);
+            let spread = (0.5 * (before.1 + here.1)).min(SPREAD_MAX);
+            let acceleration = (here.0 - before.0).length() / spread;
+            assert!(acceleration <= acceleration_max * (1.0 + 1e-9), "{acceleration}");
+            before = here;
+        }
     }
 
     #[test]

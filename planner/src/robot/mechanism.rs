@@ -55,6 +55,9 @@ pub struct Mechanism {
     pub standing_q: [f64; JOINTS_MAX],
     /// Centre of mass of the standing posture in the root frame, m.
     pub standing_com: DVec3,
+    /// The largest height of the centre of mass over a stance sole that is expected, with a
+    /// reserve, m: a foot that tilts moves the centre of mass by as much times the tilt.
+    pub centre_height: f64,
     /// Larger one of both legs' extensions in the standing posture, 0 to 1.
     pub standing_leg_extension: f64,
     /// The joints that carry no foot.
@@ -64,6 +67,11 @@ pub struct Mechanism {
     /// Number of joints in use.
     pub joints_len: usize,
 }
+
+/// The most by which the centre of mass rises over its height in the standing posture, m.
+const CENTRE_RISE_MAX: f64 = 0.1;
+/// Factor of that height, for ground that the planner and the checker sample differently.
+const TILT_RESERVE: f64 = 1.25;
 
 impl Mechanism {
     /// Compiles a robot.
@@ -87,13 +95,18 @@ impl Mechanism {
         let free_joints = free_joints(model, margin, &mass_tree);
         let ankle_limits =
             |leg: &Leg| AnkleLimits::new(leg, &standing_q, &mass_tree, config.com_margin);
+        let standing_com = tree.total_moment(&standing_q) / mass_tree.mass();
+        let heights =
+            legs.each_ref().map(|leg| (leg.root_from_sole(&standing_q).inverse() * standing_com).z);
+        let centre_height = TILT_RESERVE * (heights[0].max(heights[1]).max(0.0) + CENTRE_RISE_MAX);
         Ok(Self {
             spheres: body_spheres(model, &tree),
             soles: [
                 Sole::new(left, ankle_limits(&legs[0])),
                 Sole::new(right, ankle_limits(&legs[1])),
             ],
-            standing_com: tree.total_moment(&standing_q) / mass_tree.mass(),
+            standing_com,
+            centre_height,
             standing_leg_extension: legs
                 .iter()
                 .map(|leg| leg.extension(&standing_q))

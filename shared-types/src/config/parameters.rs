@@ -245,7 +245,7 @@ pub static PARAMETERS: [Parameter; 28] = [
         effect: "Smallest distance of the centre of mass from the edge of the equilibrium region.",
         range: reals(Included(0.0), Excluded(NUMBER_MAX)),
         relation: "below planner.com_margin",
-        source: "docs/CHECKER.md lists the value without a reason",
+        source: "ours: half of the sway of a robot with compliant joints",
         value: |_, checker, _| Value::Real(checker.com_margin),
     },
     Parameter {
@@ -254,7 +254,7 @@ pub static PARAMETERS: [Parameter; 28] = [
         effect: "Largest share of a joint's effort limit in use.",
         range: reals(Excluded(0.0), Included(1.0)),
         relation: "above planner.effort_share",
-        source: "docs/CHECKER.md lists the value without a reason",
+        source: "ours: a twentieth is reserved for errors of the robot's masses",
         value: |_, checker, _| Value::Real(checker.effort_share),
     },
     Parameter {
@@ -279,10 +279,10 @@ pub static PARAMETERS: [Parameter; 28] = [
         name: "execution.motion",
         unit: "",
         effect: "How the plan moves: `quasi_static` in straight lines at slow speeds, with a rest \
-            at the end of every chunk.",
-        range: Range::Names(&MotionKind::PLANNED),
+            at the end of every chunk; `smooth` along splines, as fast as the limits allow.",
+        range: Range::Names(&MotionKind::NAMES),
         relation: "",
-        source: "the only motion that the planner makes",
+        source: "decisions 0020 and 0021",
         value: |_, _, execution| Value::Name(execution.motion.name()),
     },
     Parameter {

@@ -113,8 +113,8 @@ impl Default for CheckerConfig {
             contact_tilt_max: 5.0 * std::f64::consts::PI / 180.0,
             support_area_min: 5e-4,
             penetration_max: 2e-3,
-            com_margin: 0.0,
-            effort_share: 1.0,
+            com_margin: 5e-3,
+            effort_share: 0.95,
             joint_step_max: 0.2,
             root_step_max: 0.1,
         }

@@ -11,7 +11,7 @@ use crate::message::layout::layout;
 use crate::message::rest_state::RestState;
 
 /// The layout version in [`Feedback::schema`].
-pub const FEEDBACK_SCHEMA: u64 = 3;
+pub const FEEDBACK_SCHEMA: u64 = 4;
 
 /// The checks of a chunk: the physical ones first, then those of the message itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -58,11 +58,16 @@ pub enum Check {
     FootMisplaced = 17,
     /// A joint's acceleration exceeds its limit.
     Acceleration = 18,
+    /// The contacts cannot hold the moving robot: its zero-moment point leaves their region.
+    ZeroMoment = 19,
+    /// A joint torque or force of the moving robot exceeds its limit, or no contact forces move it
+    /// so.
+    DynamicTorque = 20,
 }
 
 impl Check {
     /// All checks, in wire order.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 21] = [
         Self::Limits,
         Self::Contact,
         Self::Balance,
@@ -82,6 +87,8 @@ impl Check {
         Self::WorldDiffers,
         Self::FootMisplaced,
         Self::Acceleration,
+        Self::ZeroMoment,
+        Self::DynamicTorque,
     ];
 
     /// The check with this wire value, if the value is valid.
@@ -111,6 +118,8 @@ impl Check {
             "world_differs",
             "foot_misplaced",
             "acceleration",
+            "zero_moment",
+            "dynamic_torque",
         ][self as usize]
     }
 }
@@ -130,7 +139,7 @@ pub enum Verdict {
 /// The smallest margins so far, one for each physical check. A negative margin is a violation.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.Margins.v1")]
+#[type_name("surefoot.Margins.v2")]
 pub struct Margins {
     /// Distance of a joint from its position limits, rad or m.
     pub limits: f64,
@@ -145,6 +154,10 @@ pub struct Margins {
     pub self_collision: f64,
     /// Unused share of a joint's effort limit.
     pub torque: f64,
+    /// Distance of the zero-moment point from the edge of the equilibrium region, m.
+    pub zero_moment: f64,
+    /// Unused share of a joint's effort limit by inverse dynamics.
+    pub dynamic_torque: f64,
 }
 
 impl Margins {
@@ -156,6 +169,8 @@ impl Margins {
         collision: f64::INFINITY,
         self_collision: f64::INFINITY,
         torque: f64::INFINITY,
+        zero_moment: f64::INFINITY,
+        dynamic_torque: f64::INFINITY,
     };
 
     /// The smaller margin of each check.
@@ -167,6 +182,8 @@ impl Margins {
             collision: self.collision.min(other.collision),
             self_collision: self.self_collision.min(other.self_collision),
             torque: self.torque.min(other.torque),
+            zero_moment: self.zero_moment.min(other.zero_moment),
+            dynamic_torque: self.dynamic_torque.min(other.dynamic_torque),
         }
     }
 }
@@ -229,10 +246,10 @@ pub struct Feedback {
     pub corrections: [WorldCorrection; CORRECTIONS_MAX],
 }
 
-const _: () = assert!(size_of::<Margins>() == 48);
+const _: () = assert!(size_of::<Margins>() == 64);
 const _: () = assert!(
     size_of::<Feedback>()
-        == 200 + size_of::<RestState>() + CORRECTIONS_MAX * size_of::<WorldCorrection>()
+        == 216 + size_of::<RestState>() + CORRECTIONS_MAX * size_of::<WorldCorrection>()
 );
 
 impl Verdict {
@@ -284,6 +301,8 @@ layout!(Margins {
     collision: f64,
     self_collision: f64,
     torque: f64,
+    zero_moment: f64,
+    dynamic_torque: f64,
 } with []);
 layout!(Feedback {
     schema: u64,

@@ -159,13 +159,13 @@ mod tests {
             ("crc", 116),
             ("stream", 120),
             ("margins", 152),
-            ("rest_state", 200),
-            ("corrections", 3184),
+            ("rest_state", 216),
+            ("corrections", 3200),
         ];
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6000));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6016));
     }
 
     #[test]

@@ -1,0 +1,195 @@
+//! How a motion goes from waypoint to waypoint, and where the robot may stop on the way.
+
+use surefoot_shared_types::message::{Interpolation, PlanChunk, Waypoint};
+
+use crate::base::comparison::is_at_most;
+use crate::kinematics::trajectory;
+
+/// Time between two instants of a ramp that are checked, s.
+const RAMP_TICK: f64 = 0.02;
+/// Fewest and most instants of a ramp that are checked; no message has a ramp that is longer.
+const RAMP_TICKS: [f64; 2] = [10.0, 1000.0];
+/// Times are equal up to this rounding, s.
+const TIME_ROUNDING: f64 = 1e-9;
+
+/// How a motion goes from waypoint to waypoint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Course<'a> {
+    /// In straight lines at a constant speed.
+    Straight,
+    /// By polynomials of degree 5, with these stops.
+    Smooth(&'a [Stop]),
+}
+
+impl Course<'_> {
+    /// The robot at instants of its stops within `waypoints`, each with the index of the waypoint
+    /// before it.
+    pub(crate) fn stop_instants(&self, waypoints: &[Waypoint]) -> Vec<(usize, Waypoint)> {
+        match self {
+            Self::Straight => Vec::new(),
+            Self::Smooth(stops) => stops.iter().flat_map(|stop| stop.instants(waypoints)).collect(),
+        }
+    }
+}
+
+/// Where the robot stops if the next chunk does not come, and how it goes on from there: from plan
+/// time `brake_at` (s) on, plan time slows down over `seconds` to a rest, and later speeds up over
+/// `resume_seconds`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    /// The plan time at which the robot begins to brake, s.
+    pub brake_at: f64,
+    /// How long it brakes, s.
+    pub seconds: f64,
+    /// How long it takes to full speed when it goes on, s.
+    pub resume_seconds: f64,
+}
+
+impl Stop {
+    /// That of a chunk.
+    pub fn of_chunk(chunk: &PlanChunk) -> Self {
+        Self {
+            brake_at: chunk.brake_at,
+            seconds: chunk.brake_duration,
+            resume_seconds: chunk.resume_duration,
+        }
+    }
+
+    /// The plan time at which the robot rests, s.
+    pub fn rest_at(&self) -> f64 {
+        self.brake_at + 0.5 * self.seconds
+    }
+
+    /// Whether the robot brakes or goes on between two plan times (s).
+    pub fn concerns(&self, begin: f64, end: f64) -> bool {
+        self.brake_at <= end && begin <= self.rest_at() + 0.5 * self.resume_seconds
+    }
+
+    /// Whether the chunk moves smoothly.
+    pub fn is_smooth(chunk: &PlanChunk) -> bool {
+        Interpolation::from_wire(chunk.interpolation) == Some(Interpolation::Quintic)
+    }
+
+    /// Where the robot comes to rest if it executes a chunk and no other: within a smooth chunk, at
+    /// the end of straight lines.
+    pub fn rest(chunk: &PlanChunk) -> Waypoint {
+        let waypoints = chunk.waypoints();
+        let end = waypoints[waypoints.len() - 1];
+        let time = Self::of_chunk(chunk).rest_at();
+        let next = waypoints.partition_point(|waypoint| waypoint.time <= time);
+        let is_inside = Self::is_smooth(chunk) && (1..waypoints.len()).contains(&next);
+        if is_inside {
+            trajectory::between(&waypoints[next - 1], &waypoints[next], time).rested()
+        } else {
+            end.rested()
+        }
+    }
+
+    /// The robot while it brakes and while it goes on, at instants within the time of `waypoints`,
+    /// each with the index of the waypoint before it.
+    pub(crate) fn instants(&self, waypoints: &[Waypoint]) -> Vec<(usize, Waypoint)> {
+        let mut instants = Vec::new();
+        for (begin, seconds, brakes) in
+            [(self.brake_at, self.seconds, true), (self.rest_at(), self.resume_seconds, false)]
+        {
+            let ticks = (seconds / RAMP_TICK).ceil().clamp(RAMP_TICKS[0], RAMP_TICKS[1]) as usize;
+            instants.extend((0..=ticks).filter(|_| seconds > 0.0).filter_map(|tick| {
+                let PlanRate { elapsed, rate, change } =
+                    PlanRate::of_ramp(tick as f64 / ticks as f64, seconds, brakes);
+                let (before, planned) = planned_at(waypoints, begin + elapsed)?;
+                Some((before, at_rate(planned, rate, change)))
+            }));
+        }
+        instants
+    }
+}
+
+/// Plan time during a ramp.
+struct PlanRate {
+    /// Plan time since the beginning of the ramp, s.
+    elapsed: f64,
+    rate: f64,
+    /// The change of the rate, 1/s.
+    change: f64,
+}
+
+impl PlanRate {
+    /// After a share of a ramp of `seconds` s, down from 1 or up from 0.
+    fn of_ramp(share: f64, seconds: f64, brakes: bool) -> Self {
+        let [u2, u3] = [share.powi(2), share.powi(3)];
+        let rise = 10.0 * u3 - 15.0 * u3 * share + 6.0 * u3 * u2;
+        let area = 2.5 * u2 * u2 - 3.0 * u2 * u3 + u3 * u3;
+        let slope = 30.0 * u2 * (1.0 - share) * (1.0 - share) / seconds;
+        if brakes {
+            Self { elapsed: seconds * (share - area), rate: 1.0 - rise, change: -slope }
+        } else {
+            Self { elapsed: seconds * area, rate: rise, change: slope }
+        }
+    }
+}
+
+/// The planned motion at a time within that of `waypoints`, and the index of the waypoint before.
+fn planned_at(waypoints: &[Waypoint], time: f64) -> Option<(usize, Waypoint)> {
+    let next = waypoints.partition_point(|waypoint| waypoint.time <= time);
+    let before = next.checked_sub(1)?.min(waypoints.len().checked_sub(2)?);
+    let last = &waypoints[before + 1];
+    let is_inside = is_at_most(time, last.time + TIME_ROUNDING);
+    is_inside.then(|| (before, trajectory::between(&waypoints[before], last, time.min(last.time))))
+}
+
+/// The motion if plan time passes at `rate`, which changes by `change` a second.
+fn at_rate(mut waypoint: Waypoint, rate: f64, change: f64) -> Waypoint {
+    let root = waypoint.root_acceleration.iter_mut().zip(&mut waypoint.root_velocity);
+    let joints = waypoint.joint_acceleration.iter_mut().zip(&mut waypoint.joint_velocity);
+    for (acceleration, velocity) in root.chain(joints) {
+        *acceleration = rate * rate * *acceleration + change * *velocity;
+        *velocity *= rate;
+    }
+    waypoint
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use surefoot_shared_types::message::Ramp;
+
+    use super::*;
+
+    #[test]
+    fn the_checkers_own_ramps_agree_with_those_of_the_messages() {
+        for (ramp, brakes) in
+            [(Ramp::Brake { seconds: 0.7 }, true), (Ramp::Resume { seconds: 0.7 }, false)]
+        {
+            for tick in 0..=20 {
+                let share = 0.05 * f64::from(tick);
+                let own = PlanRate::of_ramp(share, 0.7, brakes);
+                let rule = ramp.at(0.7 * share);
+                let numbers = [own.elapsed, own.rate, own.change];
+                for (a, b) in numbers.iter().zip([rule.elapsed, rule.rate, rule.rate_change]) {
+                    assert!((a - b).abs() < 1e-12, "{share}: {a} {b}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_instants_of_a_stop_lie_within_the_waypoints() {
+        let at = |time: f64| Waypoint {
+            time,
+            root_rotation: [0.0, 0.0, 0.0, 1.0],
+            ..Waypoint::zeroed()
+        };
+        let stop = Stop { brake_at: 0.3, seconds: 0.4, resume_seconds: 0.6 };
+        let times = |begin: f64, end: f64| -> Vec<f64> {
+            let waypoints = [at(begin), at(end)];
+            stop.instants(&waypoints).iter().map(|(_, instant)| instant.time).collect()
+        };
+        // It rests at 0.5 s, and is back at full speed at 0.8 s: 21 and 31 instants.
+        assert_eq!(times(0.0, 1.0).len(), 52);
+        assert!(times(0.0, 0.3).len() == 1 && times(0.9, 1.0).is_empty());
+        let (before, after) = (times(0.0, 0.5), times(0.5, 1.0));
+        assert!(before.len() >= 21 && after.len() >= 31, "{} {}", before.len(), after.len());
+        assert!(after.iter().all(|time| (0.5..=0.8 + 1e-12).contains(time)));
+        assert!(stop.concerns(0.8, 0.9) && !stop.concerns(0.81, 0.9) && !stop.concerns(0.0, 0.29));
+    }
+}

@@ -1,0 +1,78 @@
+//! The last accepted chunks of a plan, as far as the stops of the next one reach back to them.
+
+use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
+
+use crate::check::course::{Course, Stop};
+use crate::check::segment::MotionSegment;
+
+/// The last accepted chunks of a plan, in their order.
+#[derive(Debug, Default)]
+pub struct RecentChunks(Vec<RecentChunk>);
+
+/// An accepted chunk.
+#[derive(Debug)]
+pub struct RecentChunk {
+    mode: SupportMode,
+    contacts: Vec<Contact>,
+    waypoints: Vec<Waypoint>,
+    stop: Stop,
+}
+
+impl RecentChunk {
+    /// Its motion, on which the robot may stop as `stops` say.
+    pub fn segment<'a>(&'a self, stops: &'a [Stop]) -> MotionSegment<'a> {
+        let Self { mode, contacts, waypoints, .. } = self;
+        MotionSegment { mode: *mode, contacts, waypoints, course: Course::Smooth(stops) }
+    }
+
+    fn begin(&self) -> f64 {
+        self.waypoints[0].time
+    }
+
+    fn end(&self) -> f64 {
+        self.waypoints[self.waypoints.len() - 1].time
+    }
+}
+
+impl RecentChunks {
+    /// Adds a chunk of a known mode with its waypoints, and removes those that no stop reaches from
+    /// there on.
+    pub fn add(&mut self, mode: SupportMode, chunk: &PlanChunk) {
+        self.0.push(RecentChunk {
+            mode,
+            contacts: chunk.contacts().to_vec(),
+            waypoints: chunk.waypoints().to_vec(),
+            stop: Stop::of_chunk(chunk),
+        });
+        let (brakes, end) =
+            (self.0[self.0.len() - 1].stop.brake_at, self.0[self.0.len() - 1].end());
+        self.0.retain(|recent| brakes <= recent.end() || recent.stop.concerns(end, end));
+    }
+
+    /// Removes all.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// The last waypoint.
+    pub fn last_waypoint(&self) -> Option<&Waypoint> {
+        self.0.last()?.waypoints.last()
+    }
+
+    /// The plan time at which the robot brakes if no chunk follows, s.
+    pub fn brake_at(&self) -> Option<f64> {
+        self.0.last().map(|recent| recent.stop.brake_at)
+    }
+
+    /// The stops of these chunks that concern the plan time between `begin` and `end` (s).
+    pub fn stops_within(&self, begin: f64, end: f64) -> Vec<Stop> {
+        let stops = self.0.iter().map(|recent| recent.stop);
+        stops.filter(|stop| stop.concerns(begin, end)).collect()
+    }
+
+    /// The chunks in which a stop of the next chunk takes place.
+    pub fn concerned_by(&self, stop: &Stop) -> impl Iterator<Item = &RecentChunk> {
+        let is_concerned = |recent: &&RecentChunk| stop.concerns(recent.begin(), recent.end());
+        self.0.iter().filter(is_concerned)
+    }
+}

@@ -1,0 +1,238 @@
+//! The underside of a foot within its declared sole: where the foot is, and how high over the sole
+//! plane.
+
+use std::cell::OnceCell;
+
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::model::{Foot, RobotModel};
+
+use crate::base::comparison::{is_at_most, smallest};
+use crate::geometry::body::{CollisionBody, SolidPose};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::polygon;
+use crate::geometry::rays::{Hit, Target};
+use crate::geometry::separation::separation;
+use crate::geometry::solid::{Convex, Core, Solid};
+use crate::statics::error::CheckerError;
+use crate::statics::tuning::{
+    EDGE_INSET, EDGE_PULL, FINE_SAMPLE_SPACING, NEIGHBOUR_DISTANCE, RAY_START, SAMPLE_SPACING,
+    SOLE_FLATNESS,
+};
+
+/// A point of the declared sole.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SolePoint {
+    /// In the sole frame, m.
+    pub(crate) at: DVec2,
+    /// Height of the foot's underside over the sole plane there, m; infinite where the foot is not.
+    pub(crate) height: f64,
+}
+
+/// The underside of a foot.
+pub(crate) struct Underside {
+    /// The declared sole.
+    pub(crate) outline: Vec<DVec2>,
+    /// A sheared grid over the sole.
+    pub(crate) coarse: Vec<SolePoint>,
+    /// Points along its edges.
+    pub(crate) edges: Vec<SolePoint>,
+    shapes: Vec<Target>,
+    fine: OnceCell<FineGrid>,
+    neighbours: OnceCell<Vec<Vec<usize>>>,
+}
+
+/// A grid of points over a sole, x by x.
+pub(crate) struct FineGrid {
+    low: DVec2,
+    width: usize,
+    height: usize,
+    /// Height of the foot's underside over the sole plane, m; infinite where the foot is not, NaN
+    /// outside the sole.
+    heights: Vec<f64>,
+}
+
+impl Underside {
+    /// Measures a foot from below.
+    ///
+    /// # Errors
+    /// A shape of the foot has no form for ray casts.
+    pub(crate) fn new(model: &RobotModel, foot: &Foot) -> Result<Self, String> {
+        let sole_from_link = foot.link_from_sole.inverse();
+        let link = &model.links[foot.link];
+        let shapes: Vec<Target> = link
+            .shapes
+            .iter()
+            .map(|shape| Target::new(&shape.shape, &(sole_from_link * shape.link_from_shape)))
+            .collect::<Result<_, _>>()
+            .map_err(|error| format!("{}: {error}", link.name))?;
+        let outline = polygon::hull(&foot.polygon);
+        let point = |at: DVec2| SolePoint { at, height: height_over(&shapes, at) };
+        let is_foot = |point: &SolePoint| point.height.is_finite();
+        let coarse = coarse_points(&outline).into_iter().map(point).filter(is_foot).collect();
+        let edges = edge_points(&outline).into_iter().map(point).filter(is_foot).collect();
+        let (fine, neighbours) = (OnceCell::new(), OnceCell::new());
+        Ok(Self { outline, coarse, edges, shapes, fine, neighbours })
+    }
+
+    /// A fine grid over the sole, measured when it is first used.
+    pub(crate) fn fine(&self) -> &FineGrid {
+        self.fine.get_or_init(|| FineGrid::new(&self.outline, &self.shapes))
+    }
+
+    /// The points within [`NEIGHBOUR_DISTANCE`] of each point, as indices into the grid and the
+    /// points of the edges after it.
+    pub(crate) fn neighbours(&self) -> &[Vec<usize>] {
+        self.neighbours.get_or_init(|| {
+            let all: Vec<DVec2> =
+                self.coarse.iter().chain(&self.edges).map(|point| point.at).collect();
+            let is_near = |a: DVec2, b: DVec2| a.distance(b) <= NEIGHBOUR_DISTANCE;
+            let around =
+                |&at: &DVec2| (0..all.len()).filter(|&other| is_near(at, all[other])).collect();
+            all.iter().map(around).collect()
+        })
+    }
+}
+
+impl FineGrid {
+    fn new(outline: &[DVec2], shapes: &[Target]) -> Self {
+        let (low, high) = extent(outline);
+        let count = ((high - low) / FINE_SAMPLE_SPACING).ceil() + 1.0;
+        let (width, height) = (count.x as usize, count.y as usize);
+        let mut grid = Self { low, width, height, heights: Vec::new() };
+        let measured = (0..width * height).map(|index| grid.at(index)).map(|at| {
+            if polygon::margin(outline, at) >= EDGE_INSET {
+                height_over(shapes, at)
+            } else {
+                f64::NAN
+            }
+        });
+        let heights = measured.collect();
+        grid.heights = heights;
+        grid
+    }
+
+    fn at(&self, index: usize) -> DVec2 {
+        let cell = DVec2::new((index / self.height) as f64, (index % self.height) as f64);
+        self.low + FINE_SAMPLE_SPACING * cell
+    }
+
+    fn cell(&self, at: DVec2) -> (usize, usize) {
+        let cell = ((at - self.low) / FINE_SAMPLE_SPACING).round().max(DVec2::ZERO);
+        ((cell.x as usize).min(self.width - 1), (cell.y as usize).min(self.height - 1))
+    }
+
+    /// The number of grid points.
+    pub(crate) fn len(&self) -> usize {
+        self.heights.len()
+    }
+
+    /// The indices of all points of the foot within half a coarse cell of one of `near`, in order.
+    pub(crate) fn around(&self, near: impl Iterator<Item = DVec2>) -> Vec<usize> {
+        let mut is_wanted = vec![false; self.heights.len()];
+        for at in near {
+            let (first, last) =
+                (self.cell(at - 0.5 * SAMPLE_SPACING), self.cell(at + 0.5 * SAMPLE_SPACING));
+            for x in first.0..=last.0 {
+                let row = x * self.height;
+                is_wanted[row + first.1..=row + last.1].fill(true);
+            }
+        }
+        let is_foot = |index: &usize| is_wanted[*index] && self.heights[*index].is_finite();
+        (0..self.heights.len()).filter(is_foot).collect()
+    }
+
+    /// The point with this index.
+    pub(crate) fn point(&self, index: usize) -> SolePoint {
+        SolePoint { at: self.at(index), height: self.heights[index] }
+    }
+
+    /// The indices of all points of the foot within `radius` (m) of a position.
+    pub(crate) fn within(&self, at: DVec2, radius: f64) -> impl Iterator<Item = usize> + '_ {
+        let (first, last) = (self.cell(at - radius), self.cell(at + radius));
+        let cells = (first.0..=last.0)
+            .flat_map(move |x| (first.1..=last.1).map(move |y| x * self.height + y));
+        cells.filter(move |&index| {
+            self.heights[index].is_finite() && self.at(index).distance(at) <= radius
+        })
+    }
+}
+
+/// The height of the lowest shape over the sole plane, by a ray from below it; 0 within
+/// [`SOLE_FLATNESS`].
+fn height_over(shapes: &[Target], at: DVec2) -> f64 {
+    let height = |shape: &Target| match shape.cast(at.extend(-RAY_START), DVec3::Z) {
+        Hit::Miss => f64::INFINITY,
+        Hit::Inside => -RAY_START,
+        Hit::Surface { distance, .. } => distance - RAY_START,
+    };
+    let lowest = smallest(shapes.iter().map(height));
+    if is_at_most(lowest.abs(), SOLE_FLATNESS) {
+        return 0.0;
+    }
+    if is_at_most(lowest, 2.0 * RAY_START) { lowest } else { f64::INFINITY }
+}
+
+/// A grid over the sole, each row of it shifted so that no straight bar of a few millimetres lies
+/// between all rays.
+fn coarse_points(sole: &[DVec2]) -> Vec<DVec2> {
+    let (low, high) = extent(sole);
+    let count = ((high - low) / SAMPLE_SPACING).ceil() + 1.0;
+    let cells = (0..count.y as usize).flat_map(|y| (0..count.x as usize).map(move |x| (x, y)));
+    cells
+        .map(|(x, y)| {
+            let shift = DVec2::new((2 * y % 5) as f64 / 5.0, (2 * x % 5) as f64 / 5.0);
+            low + SAMPLE_SPACING * (DVec2::new(x as f64, y as f64) + shift)
+        })
+        .filter(|&at| polygon::margin(sole, at) >= EDGE_INSET)
+        .collect()
+}
+
+fn edge_points(sole: &[DVec2]) -> Vec<DVec2> {
+    let middle = sole.iter().sum::<DVec2>() / sole.len() as f64;
+    let edges = polygon::sides(sole).flat_map(|(a, b)| {
+        let pieces = ((b - a).length() / SAMPLE_SPACING).ceil().max(1.0) as usize;
+        (0..pieces).map(move |piece| a + (b - a) * (piece as f64 / pieces as f64))
+    });
+    edges.map(|at| middle + (at - middle) * (1.0 - EDGE_PULL)).collect()
+}
+
+fn extent(sole: &[DVec2]) -> (DVec2, DVec2) {
+    sole.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+        (low.min(*at), high.max(*at))
+    })
+}
+
+/// Whether each declared sole lies on its foot's own collision shapes within `tolerance` (m), so
+/// that no robot file declares a sole larger than its foot.
+///
+/// # Errors
+/// A vertex of a sole that is farther from the shapes.
+pub fn check_soles(
+    model: &RobotModel,
+    bodies: &[CollisionBody],
+    tolerance: f64,
+) -> Result<(), CheckerError> {
+    let vertex = Solid::Convex(Convex { core: Core::Segment(0.0), radius: 0.0 });
+    for foot in &model.feet {
+        for at in &foot.polygon {
+            let point = foot.link_from_sole * at.extend(0.0);
+            let placed = SolidPose {
+                world_from_solid: Pose::from_translation(point),
+                bounds: Bounds { low: point, high: point },
+            };
+            let off = bodies.iter().filter(|body| body.link == Some(foot.link)).map(|body| {
+                let on_link = SolidPose::new(body, &Pose::IDENTITY);
+                separation((&body.solid, &on_link), (&vertex, &placed), DVec3::Z, 1.0)
+                    .distance
+                    .abs()
+            });
+            let nearest = smallest(off);
+            if !is_at_most(nearest, tolerance) {
+                let millimetres = (1e3 * nearest).min(1e6).ceil() as u64;
+                return Err(CheckerError::SoleOffFoot { foot: foot.name.clone(), millimetres });
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,292 @@
+//! The dynamic checks of smooth motions: an arm that swings along polynomials of degree 5.
+
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+mod check_robot;
+
+use check_robot::*;
+use surefoot_controller_sim::{
+    Checker, ChunkExecutor, Course, Identity, MotionSegment, Stop, Violation,
+};
+use surefoot_shared_types::Shape;
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::{
+    Check, Interpolation, Margins, PlanChunk, SupportMode, Waypoint, WithCrc,
+};
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::{GRAVITY, World};
+
+/// The arm swings by `angle` from rest to rest within `seconds`, along
+/// `10 s^3 - 15 s^4 + 6 s^5`, with waypoints in `count` intervals.
+fn smooth_swing(angle: f64, seconds: f64, count: usize) -> Vec<Waypoint> {
+    let at = |index: usize| {
+        let s = index as f64 / count as f64;
+        let risen = s * s * s * (10.0 - s * (15.0 - 6.0 * s));
+        let mut waypoint = waypoint(s * seconds, angle * risen, 0.0);
+        let slope = 30.0 * s * s * (1.0 - s) * (1.0 - s);
+        let bend = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s);
+        waypoint.joint_velocity[SHOULDER] = angle * slope / seconds;
+        waypoint.joint_acceleration[SHOULDER] = angle * bend / (seconds * seconds);
+        waypoint
+    };
+    (0..=count).map(at).collect()
+}
+
+fn check_with(
+    robot: RobotModel,
+    world: World,
+    waypoints: &[Waypoint],
+    stops: &[Stop],
+) -> Result<Margins, Violation> {
+    let mut checker = Checker::new(robot, world, CheckerConfig::default()).unwrap();
+    let (mode, contacts) = (SupportMode::Double, &both_feet());
+    let course = Course::Smooth(stops);
+    checker.check_segment(&MotionSegment { mode, contacts, waypoints, course }, &mut || {})
+}
+
+fn check(waypoints: &[Waypoint], stops: &[Stop]) -> Result<Margins, Violation> {
+    check_with(robot(), world(vec![]), waypoints, stops)
+}
+
+fn refused(result: Result<Margins, Violation>, check: Check, words: &str) {
+    let violation = result.expect_err("must be refused");
+    assert_eq!(violation.check, check, "{violation}");
+    assert!(violation.detail.contains(words), "{violation}");
+}
+
+#[test]
+fn a_gentle_swing_is_accepted_with_the_margins_computed_by_hand() {
+    let still = check(&smooth_swing(0.0, 1.0, 6), &[]).unwrap();
+    let margins = check(&smooth_swing(0.3, 1.0, 6), &[]).unwrap();
+    // At rest the zero-moment point is the centre of mass.
+    assert!((still.zero_moment - still.balance).abs() < 1e-9, "{still:?}");
+    // The arm has 2 (0.2^2 + 0.6^2) + 2 kg m2 about the shoulder and accelerates by up to
+    // 0.3 x 5.774 rad/s2; its centre of mass lies 0.4 m below the shoulder, which is 1.1 m high.
+    let inertia = 2.0 * (0.2 * 0.2 + 0.6 * 0.6) + 2.0;
+    let acceleration = 0.3 * 5.7735;
+    let weight = 34.0 * GRAVITY;
+    let about_ground = (inertia - 4.0 * 0.4 * 1.1) * acceleration;
+    let shift = f64::abs(about_ground) / weight;
+    let lost = still.zero_moment - margins.zero_moment;
+    assert!(lost > shift && lost < shift + 0.015, "{lost} {shift}");
+    // The shoulder also carries up to 2 (0.2 + 0.6) g sin(0.3) of 200 N m.
+    let (least, most) = (inertia * acceleration / 200.0, (inertia * acceleration + 4.7) / 200.0);
+    let share = 1.0 - margins.dynamic_torque;
+    assert!(share >= least && share <= most + 0.05, "{share} {least} {most}");
+}
+
+#[test]
+fn a_swing_that_tips_the_robot_over_is_refused() {
+    refused(check(&smooth_swing(0.3, 0.2, 6), &[]), Check::ZeroMoment, "too fast");
+}
+
+#[test]
+fn a_joint_that_is_too_weak_for_the_acceleration_is_refused() {
+    let mut weak = robot();
+    weak.joints[SHOULDER].effort = 9.0;
+    let motion = smooth_swing(0.3, 0.7, 6);
+    assert!(check_with(weak.clone(), world(vec![]), &smooth_swing(0.3, 3.0, 6), &[]).is_ok());
+    refused(check_with(weak, world(vec![]), &motion, &[]), Check::DynamicTorque, "shoulder");
+}
+
+#[test]
+fn forces_beyond_friction_are_refused() {
+    let icy = World { mu: 0.01, ..world(vec![]) };
+    let motion = smooth_swing(0.3, 1.0, 6);
+    refused(check_with(robot(), icy, &motion, &[]), Check::DynamicTorque, "friction");
+}
+
+#[test]
+fn speeds_and_stated_accelerations_between_waypoints_are_refused() {
+    // The shoulder's speed reaches 0.5625 rad/s and its acceleration 1.732 rad/s2.
+    let motion = smooth_swing(0.3, 1.0, 5);
+    let limited = |velocity: f64, acceleration: f64| {
+        let mut limited = robot();
+        limited.joints[SHOULDER].velocity = velocity;
+        limited.joints[SHOULDER].acceleration = acceleration;
+        check_with(limited, world(vec![]), &motion, &[])
+    };
+    assert!(limited(0.57, 1.74).is_ok());
+    refused(limited(0.555, 1.74), Check::Spacing, "shoulder");
+    refused(limited(0.57, 1.7), Check::Acceleration, "shoulder");
+}
+
+#[test]
+fn a_stance_sole_that_moves_is_refused() {
+    let mut motion = smooth_swing(0.3, 1.0, 6);
+    motion[3].root_velocity[0] = 0.03;
+    refused(check(&motion, &[]), Check::Contact, "while it stands");
+    let mut motion = smooth_swing(0.3, 1.0, 6);
+    motion[3].joint_velocity[0] = 0.03;
+    refused(check(&motion, &[]), Check::Contact, "the left sole moves");
+}
+
+#[test]
+fn an_obstacle_that_only_the_curve_meets_is_found() {
+    // The arm swings out by 0.125 rad and back between two waypoints at which it hangs down.
+    let mut motion = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    motion.iter_mut().for_each(|waypoint| waypoint.joint_acceleration[SHOULDER] = 4.0);
+    let rod =
+        |x: f64| ("rod", at(x, 0.25, 0.4), Shape::Cylinder { radius: 0.005, half_length: 0.05 });
+    assert!(check_with(robot(), world(vec![rod(-0.25)]), &motion, &[]).is_ok());
+    let near = world(vec![rod(-0.09)]);
+    refused(check_with(robot(), near, &motion, &[]), Check::Collision, "forearm overlaps rod");
+}
+
+#[test]
+fn joint_limits_hold_on_the_curve() {
+    let mut limited = robot();
+    limited.joints[SHOULDER].upper = 0.1;
+    let mut motion = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    motion.iter_mut().for_each(|waypoint| waypoint.joint_acceleration[SHOULDER] = 4.0);
+    refused(check_with(limited, world(vec![]), &motion, &[]), Check::Limits, "shoulder");
+}
+
+#[test]
+fn a_curve_that_leaves_its_waypoints_far_behind_is_refused() {
+    let mut motion = [waypoint(0.0, 0.0, 0.0), waypoint(20.0, 0.0, 0.0)];
+    motion.iter_mut().for_each(|waypoint| waypoint.joint_acceleration[SHOULDER] = 1e5);
+    refused(check(&motion, &[]), Check::Spacing, "bends too much");
+}
+
+#[test]
+fn nan_passes_no_dynamic_check() {
+    let changes: [fn(&mut Waypoint); 4] = [
+        |waypoint| waypoint.joint_velocity[SHOULDER] = f64::NAN,
+        |waypoint| waypoint.joint_acceleration[SHOULDER] = f64::NAN,
+        |waypoint| waypoint.root_velocity[4] = f64::NAN,
+        |waypoint| waypoint.root_acceleration[2] = f64::NAN,
+    ];
+    for (index, change) in changes.iter().enumerate() {
+        let mut motion = smooth_swing(0.3, 1.0, 6);
+        change(&mut motion[3]);
+        assert!(check(&motion, &[]).is_err(), "change {index}");
+    }
+    let stop = Stop { brake_at: f64::NAN, seconds: 0.5, resume_seconds: 0.5 };
+    assert!(!stop.concerns(0.0, 1.0));
+}
+
+#[test]
+fn a_stop_that_tips_the_robot_over_is_refused() {
+    let motion = smooth_swing(0.3, 1.0, 6);
+    let stop = |seconds: f64, resume_seconds: f64| Stop { brake_at: 0.4, seconds, resume_seconds };
+    assert!(check(&motion, &[stop(0.6, 0.6)]).is_ok());
+    refused(check(&motion, &[stop(0.02, 0.6)]), Check::ZeroMoment, "too fast");
+    refused(check(&motion, &[stop(0.6, 0.02)]), Check::ZeroMoment, "too fast");
+}
+
+const IDENTITY: Identity = Identity {
+    controller_id: 7,
+    robot: Digest([1; 32]),
+    world: Digest([2; 32]),
+    config: Digest([3; 32]),
+};
+
+fn executor() -> ChunkExecutor {
+    let checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
+    ChunkExecutor::new(checker, IDENTITY)
+}
+
+fn chunk(before: Option<&PlanChunk>, waypoints: &[Waypoint], stop: Stop) -> Box<PlanChunk> {
+    let mut chunk: Box<PlanChunk> = Box::new(bytemuck::Zeroable::zeroed());
+    (chunk.schema, chunk.target_controller, chunk.mode) =
+        (CHUNK_SCHEMA, 7, SupportMode::Double as u32);
+    chunk.sequence = before.map_or(0, |before| before.sequence + 1);
+    chunk.flags = if before.is_none() { FLAG_FIRST } else { FLAG_LAST };
+    chunk.contacts_len = 2;
+    chunk.contacts[..2].copy_from_slice(&both_feet());
+    chunk.waypoints_len = waypoints.len() as u32;
+    chunk.waypoints[..waypoints.len()].copy_from_slice(waypoints);
+    chunk.joints_len = 4;
+    chunk.interpolation = Interpolation::Quintic as u64;
+    (chunk.brake_at, chunk.brake_duration, chunk.resume_duration) =
+        (stop.brake_at, stop.seconds, stop.resume_seconds);
+    (chunk.robot, chunk.world, chunk.config) = (IDENTITY.robot, IDENTITY.world, IDENTITY.config);
+    chunk.stream = before.map_or(Digest::default(), PlanChunk::stream_after);
+    chunk.crc = chunk.computed_crc();
+    chunk
+}
+
+const FIRST_STOP: Stop = Stop { brake_at: 0.2, seconds: 0.6, resume_seconds: 0.6 };
+const NO_STOP: Stop = Stop { brake_at: 1.0, seconds: 0.0, resume_seconds: 0.0 };
+
+/// The swing in two chunks, between which the arm does not rest.
+fn halves() -> [Box<PlanChunk>; 2] {
+    let motion = smooth_swing(0.3, 1.0, 6);
+    let first = chunk(None, &motion[..4], FIRST_STOP);
+    let second = chunk(Some(&first), &motion[3..], NO_STOP);
+    [first, second]
+}
+
+/// The check that refuses the second half, changed.
+fn refusal(stop: Stop, change: impl Fn(&mut [Waypoint])) -> Check {
+    let [first, _] = halves();
+    let mut executor = executor();
+    executor.check_and_execute(&first).unwrap();
+    let mut motion = smooth_swing(0.3, 1.0, 6);
+    change(&mut motion[3..]);
+    let changed = chunk(Some(&first), &motion[3..], stop);
+    executor.check_and_execute(&changed).expect_err("must be refused").check
+}
+
+#[test]
+fn a_smooth_plan_goes_on_without_a_rest() {
+    let [first, second] = halves();
+    let mut executor = executor();
+    let margins = executor.check_and_execute(&first).unwrap();
+    assert!(margins.zero_moment.is_finite() && margins.dynamic_torque.is_finite());
+    // Without the second half the robot comes to rest where it brakes.
+    assert_eq!(executor.rest_state().unwrap().waypoint.time, 0.5);
+    executor.check_and_execute(&second).unwrap();
+    assert!(executor.finished());
+    assert_eq!(executor.rest_state().unwrap().waypoint.q[SHOULDER], 0.3);
+}
+
+#[test]
+fn position_velocity_and_acceleration_continue_across_chunks() {
+    assert_eq!(refusal(NO_STOP, |half| half[0].q[SHOULDER] += 1e-6), Check::Continuity);
+    assert_eq!(
+        refusal(NO_STOP, |half| half[0].joint_velocity[SHOULDER] += 1e-6),
+        Check::Continuity
+    );
+    assert_eq!(
+        refusal(NO_STOP, |half| half[0].joint_acceleration[SHOULDER] += 1e-6),
+        Check::Continuity
+    );
+    assert_eq!(refusal(NO_STOP, |half| half[0].root_velocity[0] = 1e-6), Check::Continuity);
+    assert_eq!(refusal(NO_STOP, |half| half[0].root_acceleration[5] = 1e-6), Check::Continuity);
+}
+
+#[test]
+fn a_plan_begins_and_ends_at_rest() {
+    let motion = smooth_swing(0.3, 1.0, 6);
+    let moving = chunk(None, &motion[2..5], Stop { brake_at: 0.35, ..FIRST_STOP });
+    assert_eq!(executor().check_and_execute(&moving).unwrap_err().check, Check::Continuity);
+    assert_eq!(refusal(NO_STOP, |half| half[3].joint_velocity[0] = 1e-3), Check::Continuity);
+}
+
+#[test]
+fn stops_across_chunks_are_checked() {
+    // The second half brakes while the first one still moves: gently, too late, before it.
+    let stop = |brake_at: f64, seconds: f64| Stop { brake_at, seconds, resume_seconds: 1.0 };
+    let accepted = |own: Stop| {
+        let [first, _] = halves();
+        let mut executor = executor();
+        executor.check_and_execute(&first).unwrap();
+        let motion = smooth_swing(0.3, 1.0, 6);
+        executor.check_and_execute(&chunk(Some(&first), &motion[3..], own))
+    };
+    assert!(accepted(stop(0.35, 0.6)).is_ok());
+    refused(accepted(stop(0.19, 0.8)), Check::Continuity, "brakes at 0.19 s");
+    refused(accepted(stop(0.493, 0.02)), Check::ZeroMoment, "while it brakes before this chunk");
+    // The first half's stop goes on in the second one.
+    let quick = Stop { resume_seconds: 0.02, ..FIRST_STOP };
+    let motion = smooth_swing(0.3, 1.0, 6);
+    let first = chunk(None, &motion[..4], quick);
+    let mut executor = executor();
+    executor.check_and_execute(&first).unwrap();
+    let second = chunk(Some(&first), &motion[3..], NO_STOP);
+    refused(executor.check_and_execute(&second), Check::ZeroMoment, "too fast");
+}

@@ -1,0 +1,183 @@
+//! The part of a support that a rigid foot holds without tilting far.
+//!
+//! A sole rests on the highest points under it. It reaches lower ones by tilting about those, and
+//! the robot tilts with it: its centre of mass moves by its height times the tilt. Where the foot
+//! tilts from one point to the next along a direction, the centre of mass may be as far as the new
+//! point less that motion.
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::polygon::{convex_hull, edges, inward_normal};
+
+/// Directions of tilt that are examined, in addition to those across the sides of the support and
+/// of the points that hold in these directions.
+const DIRECTIONS: usize = 16;
+/// Most directions of either kind.
+const DIRECTIONS_MAX: usize = 40;
+/// The largest tilt of a resting foot, rad.
+const TILT_MAX: f64 = 0.02;
+/// Points that differ less in height are level, m.
+const LEVEL_MAX: f64 = 1e-7;
+/// Points nearer to each other along a direction are one, m.
+const ADVANCE_MIN: f64 = 1e-6;
+
+/// A point of the ground under a sole, in the sole frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GroundPoint {
+    /// Its position, m.
+    pub(crate) at: DVec3,
+    /// Whether the ground there carries.
+    pub(crate) is_carrying: bool,
+}
+
+/// Clips the support `hull` (counter-clockwise, sole frame) of a foot on `ground` to the part that
+/// holds a centre of mass at `height` (m). `spare` is a buffer. A level ground clips nothing.
+pub(crate) fn clip_to_held(
+    hull: &mut Vec<DVec2>,
+    spare: &mut Vec<DVec2>,
+    ground: &[GroundPoint],
+    height: f64,
+) {
+    let highest = ground.iter().map(|point| point.at.z).fold(f64::NEG_INFINITY, f64::max);
+    if ground.iter().all(|point| point.at.z >= highest - LEVEL_MAX) {
+        return;
+    }
+    let around = (0..DIRECTIONS).map(|k| {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
+        DVec2::new(cos, sin)
+    });
+    let directions: heapless::Vec<DVec2, DIRECTIONS_MAX> =
+        around.chain(across_sides(hull)).take(DIRECTIONS_MAX).collect();
+    let mut held: heapless::Vec<DVec2, DIRECTIONS_MAX> = heapless::Vec::new();
+    for &direction in &directions {
+        let (reach, at) = reach(ground, direction, height);
+        held.extend(reach.is_finite().then_some(at));
+        clip_beyond(hull, spare, direction, reach);
+    }
+    convex_hull(&mut held, spare);
+    let between: heapless::Vec<DVec2, DIRECTIONS_MAX> =
+        across_sides(spare).take(DIRECTIONS_MAX).collect();
+    for direction in between {
+        clip_beyond(hull, spare, direction, reach(ground, direction, height).0);
+    }
+}
+
+/// The outward normals of a polygon's sides.
+fn across_sides(polygon: &[DVec2]) -> impl Iterator<Item = DVec2> + '_ {
+    edges(polygon).map(|(a, b)| -inward_normal(a, b)).filter(|normal| normal.is_finite())
+}
+
+/// How far along a direction the foot holds a centre of mass, m, and such a place; minus infinity
+/// if nothing carries.
+fn reach(ground: &[GroundPoint], direction: DVec2, height: f64) -> (f64, DVec2) {
+    let along = |point: &GroundPoint| direction.dot(point.at.truncate());
+    let last = ground.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
+    let mut best = (f64::NEG_INFINITY, DVec2::ZERO);
+    let Some(mut pivot) = highest(ground, along) else { return best };
+    if pivot.is_carrying {
+        best = (along(pivot), pivot.at.truncate());
+    }
+    while let Some((tilt, next)) = next_pivot(ground, along, pivot) {
+        if tilt > TILT_MAX || last - height * tilt <= best.0 {
+            break;
+        }
+        let reach = along(next) - height * tilt;
+        if next.is_carrying && reach > best.0 {
+            best = (reach, next.at.truncate() - height * tilt * direction);
+        }
+        pivot = next;
+    }
+    best
+}
+
+/// The highest point; of several the furthest, and one that carries before others.
+fn highest(ground: &[GroundPoint], along: impl Fn(&GroundPoint) -> f64) -> Option<&GroundPoint> {
+    let top = ground.iter().map(|point| point.at.z).fold(f64::NEG_INFINITY, f64::max);
+    let level = ground.iter().filter(|point| point.at.z >= top - LEVEL_MAX);
+    level.max_by(|a, b| along(a).total_cmp(&along(b)).then(a.is_carrying.cmp(&b.is_carrying)))
+}
+
+/// The point that a foot touches next when it tilts about `pivot`, and the tilt from level, rad.
+fn next_pivot<'a>(
+    ground: &'a [GroundPoint],
+    along: impl Fn(&GroundPoint) -> f64,
+    pivot: &GroundPoint,
+) -> Option<(f64, &'a GroundPoint)> {
+    let beyond = ground.iter().filter_map(|point| {
+        let advance = along(point) - along(pivot);
+        (advance > ADVANCE_MIN).then(|| ((pivot.at.z - point.at.z) / advance, point))
+    });
+    beyond.min_by(|(a, p), (b, q)| {
+        let carrying_first = || q.is_carrying.cmp(&p.is_carrying);
+        a.total_cmp(b).then_with(|| along(q).total_cmp(&along(p))).then_with(carrying_first)
+    })
+}
+
+/// Keeps the part of a convex polygon with `direction . point <= reach`.
+fn clip_beyond(hull: &mut Vec<DVec2>, spare: &mut Vec<DVec2>, direction: DVec2, reach: f64) {
+    spare.clear();
+    for (a, b) in edges(hull) {
+        let (inside_a, inside_b) = (reach - direction.dot(a), reach - direction.dot(b));
+        if inside_a >= 0.0 {
+            spare.push(a);
+        }
+        if (inside_a >= 0.0) != (inside_b >= 0.0) {
+            spare.push(a + (b - a) * (inside_a / (inside_a - inside_b)));
+        }
+    }
+    std::mem::swap(hull, spare);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEIGHT: f64 = 0.8;
+
+    fn point(x: f64, y: f64, z: f64) -> GroundPoint {
+        GroundPoint { at: DVec3::new(x, y, z), is_carrying: true }
+    }
+
+    /// The extent along x of the held part of a sole of 0.2 m by 0.1 m.
+    fn held(ground: &[GroundPoint]) -> [f64; 2] {
+        let mut hull =
+            [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from).to_vec();
+        clip_to_held(&mut hull, &mut Vec::new(), ground, HEIGHT);
+        hull.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+            [low.min(at.x), high.max(at.x)]
+        })
+    }
+
+    fn rows(heights: &[(f64, f64)]) -> Vec<GroundPoint> {
+        heights.iter().flat_map(|&(x, z)| [-0.05, 0.05].map(|y| point(x, y, z))).collect()
+    }
+
+    #[test]
+    fn level_ground_holds_the_whole_support() {
+        assert_eq!(held(&rows(&[(-0.1, 3e-4), (0.1, 3e-4)])), [-0.1, 0.1]);
+    }
+
+    #[test]
+    fn a_lower_edge_holds_less_by_the_height_times_the_tilt() {
+        // From x = 0 the ground falls by 0.5 mm over 0.1 m: a tilt of 5 mrad.
+        let [low, high] = held(&rows(&[(-0.1, 0.0), (0.0, 0.0), (0.1, -5e-4)]));
+        assert!((low + 0.1).abs() < 1e-12, "{low}");
+        assert!((high - (0.1 - HEIGHT * 5e-3)).abs() < 1e-12, "{high}");
+    }
+
+    #[test]
+    fn a_ridge_holds_itself_only_if_the_ground_beside_it_is_steep() {
+        let [low, high] = held(&rows(&[(-0.1, -3e-3), (-0.01, 0.0), (0.01, 0.0), (0.1, -3e-3)]));
+        assert!((low + 0.01).abs() < 1e-12 && (high - 0.01).abs() < 1e-12, "{low} {high}");
+    }
+
+    #[test]
+    fn a_rib_tips_the_foot_and_one_that_cannot_carry_leaves_nothing() {
+        let mut ground = rows(&[(-0.1, -4e-4), (0.0, 0.0), (0.1, -4e-4)]);
+        let [low, high] = held(&ground);
+        let wanted = 0.1 - HEIGHT * 4e-3;
+        assert!((low + wanted).abs() < 1e-12 && (high - wanted).abs() < 1e-12, "{low} {high}");
+        ground.iter_mut().filter(|at| at.at.x == 0.0).for_each(|rib| rib.is_carrying = false);
+        assert_eq!(held(&ground), [f64::INFINITY, f64::NEG_INFINITY]);
+    }
+}
