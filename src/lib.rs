@@ -38,6 +38,9 @@ pub mod cli;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod commands;
+#[cfg(feature = "export")]
+#[doc(hidden)]
+pub mod export;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod input;

@@ -147,6 +147,7 @@ fn plan() -> PlanFile {
             yaw: None,
             yaw_tol: None,
         },
+        origin: None,
     }
 }
 

@@ -8,6 +8,9 @@ use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
+use crate::export::format::ExportFormat;
+use crate::export::joint_selection::Selection;
+use crate::export::quaternion::QuaternionOrder;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// Largest rate of simulated time, in multiples of real time.
@@ -65,6 +68,8 @@ pub enum Command {
     Picture(PictureArguments),
     /// Say what an exported plan does, or why a run found none
     Explain(ExplainArguments),
+    /// Write an exported plan in the format of another program
+    Export(ExportArguments),
     /// Print a shell's completions of these commands
     Completions(CompletionsArguments),
     /// Write the manual pages of all commands to a folder
@@ -104,6 +109,33 @@ pub struct ExplainArguments {
     /// The exported plan, or the report of a run
     #[arg(value_name = "PLAN.json|REPORT.json")]
     pub file: PathBuf,
+}
+
+/// `surefoot export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// The exported plan
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// The format: csv, npz, footsteps, contacts, mujoco or mcap (docs/FORMATS.md)
+    #[arg(long, value_name = "FORMAT", value_parser = export_format)]
+    pub to: ExportFormat,
+    /// The file (-: the standard output)
+    #[arg(long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// Samples each second
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub hz: Option<f64>,
+    /// The joints and their order: urdf (as the file lists them), surefoot (depth first, as in
+    /// plans and messages), or names with commas between them
+    #[arg(long, value_name = "ORDER", value_parser = selection)]
+    pub joint_order: Option<Selection>,
+    /// The order of a quaternion's numbers: xyzw or wxyz
+    #[arg(long, value_name = "ORDER", value_parser = quaternion_order)]
+    pub quat: Option<QuaternionOrder>,
+    /// The links whose motion npz holds too: urdf, surefoot, or names
+    #[arg(long, value_name = "ORDER", value_parser = selection)]
+    pub bodies: Option<Selection>,
 }
 
 /// `surefoot completions`.
@@ -275,6 +307,20 @@ fn positive(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
 }
 
+fn export_format(name: &str) -> Result<ExportFormat, String> {
+    ExportFormat::from_name(name)
+        .ok_or_else(|| format!("one of {} is needed", ExportFormat::NAMES.join(", ")))
+}
+
+fn selection(text: &str) -> Result<Selection, String> {
+    Ok(Selection::from_text(text))
+}
+
+fn quaternion_order(name: &str) -> Result<QuaternionOrder, String> {
+    QuaternionOrder::from_name(name)
+        .ok_or_else(|| format!("one of {} is needed", QuaternionOrder::NAMES.join(", ")))
+}
+
 fn motion(name: &str) -> Result<MotionKind, String> {
     MotionKind::from_name(name)
         .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
@@ -383,6 +429,9 @@ pub struct OutputArguments {
     /// Draw the walk, or without a plan the search: still (.png) or animated (.apng)
     #[arg(long, value_name = "OUT.png|OUT.apng")]
     pub picture: Option<PathBuf>,
+    /// Record the plan for Foxglove, Rerun and ROS 2, with its state at 50 Hz
+    #[arg(long, value_name = "OUT.mcap")]
+    pub record: Option<PathBuf>,
     /// Write a report (-: to the standard output)
     #[arg(long, value_name = "REPORT.json")]
     pub json: Option<PathBuf>,
@@ -394,7 +443,17 @@ pub struct OutputArguments {
 impl OutputArguments {
     /// Whether any file is to be written.
     pub fn names_files(&self) -> bool {
-        [&self.export, &self.picture, &self.json].iter().any(|path| path.is_some())
+        self.paths().next().is_some()
+    }
+
+    /// The paths of all files.
+    pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.export, &self.picture, &self.record, &self.json].into_iter().flatten()
+    }
+
+    /// Whether a file that shows the plan is to be written.
+    pub fn shows_plan(&self) -> bool {
+        self.picture.is_some() || self.record.is_some()
     }
 }
 

@@ -3,8 +3,8 @@
 use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
-    check, completions, config, control, doctor, explain, list, man, monitor, new, picture, plan,
-    prepare, request, walk,
+    check, completions, config, control, doctor, explain, export, list, man, monitor, new, picture,
+    plan, prepare, request, walk,
 };
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
@@ -38,6 +38,7 @@ fn run_command(arguments: &Arguments) -> u8 {
         Command::New(arguments) => new::run(arguments),
         Command::Picture(arguments) => picture::run(arguments),
         Command::Explain(arguments) => explain::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
         Command::Completions(arguments) => completions::run(arguments),
         Command::Man(arguments) => man::run(arguments),
     };

@@ -8,6 +8,7 @@ pub mod control;
 pub mod dispatch;
 pub mod doctor;
 pub mod explain;
+pub mod export;
 pub mod list;
 pub mod man;
 pub mod monitor;

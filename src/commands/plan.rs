@@ -54,7 +54,7 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
     let reporter = Reporter::new(arguments.role.report_lines, arguments.outputs.quiet);
     if arguments.serve && arguments.outputs.names_files() {
         return Err(CommandError::Usage(
-            "--serve writes no files; leave out --export, --picture and --json".into(),
+            "--serve writes no files; leave out --export, --picture, --record and --json".into(),
         ));
     }
     if arguments.instance.is_some() {
@@ -212,16 +212,22 @@ impl Run<'_> {
         }
     }
 
-    /// Draws the plan, or the search that found none. The supervisor draws the plan of a walk.
+    /// Draws and records the plan, or draws the search that found none. The supervisor draws and
+    /// records the plan of a walk.
     fn draw(&self, task: &PlanningTask, planner: &Planner) -> Result<(), CommandError> {
-        let Some(path) = &self.arguments.outputs.picture else { return Ok(()) };
+        let outputs = &self.arguments.outputs;
         if planner.chunks().is_empty() {
-            return output_files::draw_search(&self.inputs, &task.scenario, &planner.trace(), path);
+            let draw = |path: &PathBuf| {
+                output_files::draw_search(&self.inputs, &task.scenario, &planner.trace(), path)
+            };
+            return outputs.picture.as_ref().map_or(Ok(()), draw);
         }
-        if self.arguments.role.report_lines {
+        if self.arguments.role.report_lines || !outputs.shows_plan() {
             return Ok(());
         }
-        output_files::draw(&self.inputs, &self.plan_file(task, planner.chunks(), path), path)
+        let place = Path::new("-");
+        let plan = self.plan_file(task, planner.chunks(), place);
+        output_files::show_plan(&self.inputs, &plan, &output_files::plan_folder(place), outputs)
     }
 
     /// The plan as a file in the folder of `path`.

@@ -10,7 +10,7 @@ use surefoot_shared_types::world::load::load_world;
 use crate::cli::arguments::WalkArguments;
 use crate::commands::session::{FinishArguments, finish};
 use crate::commands::walk::role_commands::RoleCommands;
-use crate::commands::walk::role_files::RoleFiles;
+use crate::commands::walk::role_files::{RoleFiles, plan_folder};
 use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
@@ -43,12 +43,13 @@ pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     drop(deferral);
     let has_plan = report.has_plan();
     let end = FinishArguments { outputs: &arguments.outputs, is_role: false };
-    finish(&mut report, end, walked, || match (&arguments.outputs.picture, has_plan) {
-        (Some(picture), true) => {
-            let plan = files.plan_path(&arguments.outputs);
-            plan.map_or(Ok(()), |plan| output_files::draw(&inputs, &load_plan(&plan)?, picture))
-        }
-        _ => Ok(()),
+    finish(&mut report, end, walked, || {
+        let outputs = &arguments.outputs;
+        let plan = files.plan_path(outputs).filter(|_| has_plan && outputs.shows_plan());
+        plan.map_or(Ok(()), |plan| {
+            let folder = plan_folder(outputs);
+            output_files::show_plan(&inputs, &load_plan(&plan)?, &folder, outputs)
+        })
     })
 }
 

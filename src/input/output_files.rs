@@ -15,11 +15,15 @@ use surefoot_shared_types::world::load::world_from_block;
 use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::OutputArguments;
+use crate::export::{ExportMotion, recording};
 use crate::input::inputs::Inputs;
 use crate::picture::PictureScene;
 use crate::picture::render::{check_extension, render};
 use crate::report::command_error::CommandError;
 use crate::system::signals::{self, Activity};
+
+/// Rate of the robot's state in a recording of `--record`, Hz.
+const RECORDING_HZ: f64 = 50.0;
 
 /// Checks that every requested file can be written, so that a long run does not fail at its end.
 ///
@@ -42,8 +46,7 @@ pub fn check(outputs: &OutputArguments, inputs: &[PathBuf]) -> Result<(), Comman
     if let Some(picture) = &outputs.picture {
         check_extension(picture)?;
     }
-    let paths: Vec<&PathBuf> =
-        [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().collect();
+    let paths: Vec<&PathBuf> = outputs.paths().collect();
     paths.iter().try_for_each(|path| check_path(path))?;
     check_distinct(&paths, inputs)
 }
@@ -71,6 +74,34 @@ fn check_plan_names(path: &Path, inputs: &Inputs) -> Result<(), CommandError> {
     check_file_names(&plan).map_err(|(element, message)| {
         unwritable(path, &format!("a plan file cannot name its inputs: {element}: {message}"))
     })
+}
+
+/// Draws and records a plan, as far as `outputs` ask for it. The plan's paths are relative to
+/// `folder`.
+///
+/// # Errors
+/// The plan cannot be drawn or recorded, a file cannot be written, or a signal comes.
+pub fn show_plan(
+    inputs: &Inputs,
+    plan: &PlanFile,
+    folder: &Path,
+    outputs: &OutputArguments,
+) -> Result<(), CommandError> {
+    if let Some(picture) = &outputs.picture {
+        draw(inputs, plan, picture)?;
+    }
+    match &outputs.record {
+        Some(path) => record(plan, folder, path),
+        None => Ok(()),
+    }
+}
+
+/// Records a plan. Its robot is read again: in a plan file the root is the URDF's.
+fn record(plan: &PlanFile, folder: &Path, path: &Path) -> Result<(), CommandError> {
+    let plan_path = folder.join("plan.json");
+    let (model, world) = robot_and_world(plan, &plan_path)?;
+    let motion = ExportMotion::new(plan, &plan_path, model, world)?;
+    write(&recording::write(&motion, RECORDING_HZ)?, path)
 }
 
 /// Draws a plan.
@@ -170,8 +201,7 @@ pub fn plan_folder(path: &Path) -> PathBuf {
 
 /// Whether a run writes one of its files to the standard output, which its summary leaves then.
 pub fn use_standard_output(outputs: &OutputArguments) -> bool {
-    let paths = [&outputs.export, &outputs.picture, &outputs.json];
-    paths.into_iter().flatten().any(|path| whole_file::is_standard_output(path))
+    outputs.paths().any(|path| whole_file::is_standard_output(path))
 }
 
 fn check_path(path: &Path) -> Result<(), CommandError> {

@@ -10,6 +10,7 @@ use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::error::InstanceError;
 use surefoot_shared_types::world::correction::CorrectionError;
 
+use crate::export::ExportError;
 use crate::picture::PictureError;
 use crate::report::role::Role;
 use crate::system::limits::{self, OPEN_FILES_MIN, STACK_KIB_MIN};
@@ -97,6 +98,9 @@ pub enum CommandError {
     /// No picture.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// No export.
+    #[error(transparent)]
+    Export(#[from] ExportError),
     /// A file cannot be written.
     #[error("{}: cannot be written: {reason}", path.display())]
     Output {

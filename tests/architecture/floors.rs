@@ -102,6 +102,7 @@ pub const CRATES: [Crate; 4] = [
         root_files: &["lib.rs", "main.rs"],
         floors: &[
             floor("system", These(&[])),
+            floor("export", UpTo("system", &[])),
             floor("picture", UpTo("system", &[])),
             floor("cli", UpTo("picture", &[])),
             floor("report", UpTo("cli", &[])),

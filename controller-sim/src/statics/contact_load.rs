@@ -38,6 +38,8 @@ pub struct FootLoad {
     pub force: DVec3,
     /// Its centre of pressure in the world, m.
     pub centre: DVec3,
+    /// The moment about the centre of pressure, N m.
+    pub moment: DVec3,
 }
 
 /// The force of the ground at one point.
@@ -65,6 +67,8 @@ struct FootPressure {
     moment: DVec3,
     /// The mean normal.
     normal: DVec3,
+    /// The moment of the forces about the world's origin, N m.
+    about_origin: DVec3,
 }
 
 impl FootPressure {
@@ -75,6 +79,7 @@ impl FootPressure {
             pressure: 0.0,
             moment: DVec3::ZERO,
             normal: DVec3::ZERO,
+            about_origin: DVec3::ZERO,
         };
         for point in point_forces.iter().filter(|point| point.limb == limb) {
             let pressure = point.pressure();
@@ -82,6 +87,7 @@ impl FootPressure {
             foot.pressure += pressure;
             foot.moment += pressure * point.at.position;
             foot.normal += pressure * point.at.normal;
+            foot.about_origin += point.at.position.cross(point.force);
         }
         Self { normal: foot.normal.normalize_or_zero(), ..foot }
     }
@@ -93,10 +99,12 @@ impl FootPressure {
     }
 
     fn load(&self) -> Option<FootLoad> {
+        let centre = self.moment / self.pressure;
         (self.pressure > 0.0).then(|| FootLoad {
             limb: self.limb,
             force: self.force,
-            centre: self.moment / self.pressure,
+            centre,
+            moment: self.about_origin - centre.cross(self.force),
         })
     }
 }

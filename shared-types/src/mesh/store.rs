@@ -61,6 +61,11 @@ impl MeshStore {
         Ok(Shape::ConvexHull { points })
     }
 
+    /// The files read so far, sorted.
+    pub(crate) fn paths(&self) -> Vec<PathBuf> {
+        self.files.keys().map(|path| absolute(path)).collect()
+    }
+
     /// The digest of all files read so far.
     pub(crate) fn digest(&self) -> Digest {
         self.digests.iter().fold(Digest::default(), |all, one| all.chain(&one.0))

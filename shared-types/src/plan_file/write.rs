@@ -13,6 +13,7 @@ use crate::config::scenario::{Scenario, StancePose};
 use crate::geometry::shape::{MeshSource, Shape};
 use crate::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
 use crate::plan_file::check::check_plan;
+use crate::plan_file::origin::origin_block;
 use crate::plan_format::blocks::{
     ChunkBlock, ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock,
     SCHEMA, SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
@@ -60,6 +61,7 @@ pub fn plan_from_chunks(
         chunks: chunk_blocks,
         start: start_block(robot, scenario, chunks),
         goal: goal_block(robot, scenario, chunks),
+        origin: origin_block(robot, world, chunks, &plan_dir),
     }
 }
 

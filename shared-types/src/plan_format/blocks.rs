@@ -9,6 +9,7 @@ pub const SCHEMA: &str = "biped-plan/1";
 
 /// A plan file. Paths in it are relative to its folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlanFile {
     /// [`SCHEMA`].
     pub schema: String,
@@ -29,10 +30,32 @@ pub struct PlanFile {
     pub start: EndBlock,
     /// The goal.
     pub goal: EndBlock,
+    /// What the plan was made from. Other programs ignore it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<OriginBlock>,
+}
+
+/// Digests of what a plan was made from, as hexadecimal SHA-256. Those of robot, world and scenario
+/// are the ones that the chunks in shared memory carry.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct OriginBlock {
+    /// The stream of the plan's chunks: equal plans have equal digests.
+    pub plan: String,
+    /// The robot: its URDF, its robot file and all meshes.
+    pub robot: String,
+    /// The world: its file and all meshes.
+    pub world: String,
+    /// The scenario.
+    pub scenario: String,
+    /// The files that the plan names, directly or in its URDF, each with the digest that
+    /// `sha256sum` prints.
+    pub files: BTreeMap<String, String>,
 }
 
 /// A pose: position in m, rotation as unit quaternion x, y, z, w.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PoseBlock {
     /// Position.
     pub xyz: [f64; 3],
@@ -43,6 +66,7 @@ pub struct PoseBlock {
 
 /// The robot of a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RobotBlock {
     /// Path of the URDF.
     pub urdf: String,
@@ -67,6 +91,7 @@ pub struct RobotBlock {
 
 /// A foot of a plan's robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FootBlock {
     /// The link that carries the sole.
     pub link: String,
@@ -78,6 +103,7 @@ pub struct FootBlock {
 
 /// The world of a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneBlock {
     /// Coefficient of friction.
     pub mu: f64,
@@ -87,6 +113,7 @@ pub struct SceneBlock {
 
 /// A shape of a plan's world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneShapeBlock {
     /// Its name.
     pub name: String,
@@ -99,6 +126,7 @@ pub struct SceneShapeBlock {
 /// A geometry, lengths in m. Cylinders and capsules lie along z. The length of a capsule is the
 /// length of its cylindrical part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "type", rename_all = "lowercase")]
 #[allow(missing_docs, reason = "the fields are the plan format's own names")]
 pub enum ShapeBlock {
@@ -129,6 +157,7 @@ pub enum ShapeBlock {
 
 /// A configuration with its time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WaypointBlock {
     /// Time since the start, s; strictly increasing.
     pub t: f64,
@@ -153,6 +182,7 @@ pub struct WaypointBlock {
 /// A chunk of a smooth plan. The names and meanings are those of
 /// [`PlanChunk`](crate::message::PlanChunk).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChunkBlock {
     /// Index of the first waypoint.
     pub first: usize,
@@ -168,6 +198,7 @@ pub struct ChunkBlock {
 
 /// A range of waypoints with one support mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PhaseBlock {
     /// Index of the first waypoint.
     pub first: usize,
@@ -181,6 +212,7 @@ pub struct PhaseBlock {
 
 /// A stance foot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ContactBlock {
     /// "left" or "right".
     pub foot: String,
@@ -191,6 +223,7 @@ pub struct ContactBlock {
 /// The start or the goal of a plan. `tol` is a tolerance in m; a rotation error of 1 rad counts as
 /// 0.5 m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "type", rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the fields are the plan format's own names")]
 pub enum EndBlock {

@@ -124,6 +124,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let mut robot = RobotModel {
         name: urdf.name.clone(),
         urdf_path: absolute(&spec.urdf_path),
+        mesh_paths: Vec::new(),
         standing_q: standing_posture(spec, &joints, &mut complaints),
         links,
         joints: joints.moving,
@@ -139,6 +140,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     if let Some(urdf_root_from_root) = spec.urdf_root_from_root {
         turn_root(&mut robot, urdf_root_from_root);
     }
+    robot.mesh_paths = meshes.paths();
     robot.digest = Digest::of(&[&urdf.bytes, &spec.bytes, &meshes.digest().0]);
     Ok(robot)
 }

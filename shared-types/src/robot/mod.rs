@@ -18,3 +18,4 @@ pub(crate) mod turned_root;
 pub(crate) mod urdf;
 pub(crate) mod urdf_joint;
 pub(crate) mod urdf_link;
+pub mod urdf_order;

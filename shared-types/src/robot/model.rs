@@ -23,6 +23,8 @@ pub struct RobotModel {
     pub name: String,
     /// Absolute path of the URDF file.
     pub urdf_path: std::path::PathBuf,
+    /// Absolute paths of the meshes that were read, sorted.
+    pub mesh_paths: Vec<std::path::PathBuf>,
     /// All links, parents first.
     pub links: Vec<Link>,
     /// The moving joints, in the order of every joint vector `q`. At most [`JOINTS_MAX`], unless

@@ -66,12 +66,17 @@ impl RoleFiles {
     }
 }
 
+/// The folder that the paths in the plan refer to.
+pub(crate) fn plan_folder(outputs: &OutputArguments) -> PathBuf {
+    output_files::plan_folder(outputs.export.as_deref().unwrap_or(Path::new("-")))
+}
+
 /// Whether the planner's process has no file of its own for the plan: its standard output is not
 /// the supervisor's, and the supervisor reads the plan that it draws.
 fn needs_plan(outputs: &OutputArguments) -> bool {
     match &outputs.export {
         Some(path) => whole_file::is_stream(Path::new(path)),
-        None => outputs.picture.is_some(),
+        None => outputs.shows_plan(),
     }
 }
 
