@@ -65,6 +65,8 @@ pub enum Command {
     Picture(PictureArguments),
     /// Say what an exported plan does, or why a run found none
     Explain(ExplainArguments),
+    /// Show an exported plan in Rerun (needs the Python package)
+    View(ViewArguments),
     /// Print a shell's completions of these commands
     Completions(CompletionsArguments),
     /// Write the manual pages of all commands to a folder
@@ -104,6 +106,17 @@ pub struct ExplainArguments {
     /// The exported plan, or the report of a run
     #[arg(value_name = "PLAN.json|REPORT.json")]
     pub file: PathBuf,
+}
+
+/// `surefoot view`.
+#[derive(Debug, Args)]
+pub struct ViewArguments {
+    /// The exported plan
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// Write a recording instead of starting the viewer
+    #[arg(long, value_name = "WALK.rrd")]
+    pub save: Option<PathBuf>,
 }
 
 /// `surefoot completions`.

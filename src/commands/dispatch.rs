@@ -4,7 +4,7 @@ use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
     check, completions, config, control, doctor, explain, list, man, monitor, new, picture, plan,
-    prepare, request, walk,
+    prepare, request, view, walk,
 };
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
@@ -28,6 +28,7 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::New(arguments) => new::run(arguments),
         Command::Picture(arguments) => picture::run(arguments),
         Command::Explain(arguments) => explain::run(arguments),
+        Command::View(arguments) => view::run(arguments),
         Command::Completions(arguments) => completions::run(arguments),
         Command::Man(arguments) => man::run(arguments),
     };
