@@ -11,6 +11,7 @@ use pyo3::prelude::*;
 use surefoot::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
 use surefoot::picture::tessellate::triangles_of;
 use surefoot::{Parameters, PlannerConfig, PrepareError, Prepared};
+use surefoot_controller_sim::kinematics::forward::{Configuration, Posture};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::model::Joint;
 
@@ -177,9 +178,9 @@ impl Robot {
         let configurations = joints.as_slice()?.chunks_exact(width.max(1));
         for ((position, rotation), q) in positions.iter().zip(&rotations).zip(configurations) {
             let rotation = DQuat::from_array(*rotation).normalize();
-            let root = Pose::from_parts(DVec3::from_array(*position), rotation);
-            for root_from_link in model.root_from_links(q) {
-                let pose = root * root_from_link;
+            let world_from_root = Pose::from_parts(DVec3::from_array(*position), rotation);
+            let configuration = Configuration { world_from_root, q: q.to_vec() };
+            for pose in Posture::new(model, &configuration).world_from_link {
                 poses.extend(pose.translation.to_array());
                 poses.extend(pose.rotation.to_array());
             }

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from surefoot._native import shipped
 from surefoot.checker import Checker, CheckResult, End, Loads, Margins, Report
 from surefoot.errors import (
+    ClusterError,
     Error,
     InputError,
     InstanceError,
@@ -42,6 +43,7 @@ __all__ = [
     "FEET",
     "CheckResult",
     "Checker",
+    "ClusterError",
     "End",
     "Error",
     "Foothold",

@@ -23,7 +23,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from surefoot.errors import Error, ParameterError, missing
+from surefoot.errors import ClusterError, Error, ParameterError, missing
 from surefoot.walks import MARGINS, Options, Task, walk
 
 ATTEMPTS_MAX = 3
@@ -134,21 +134,29 @@ def _ray(workers: int | None, address: str | None) -> Iterator[Any]:
         yield ray
         return
     with tempfile.TemporaryDirectory(prefix="surefoot-ray-", ignore_cleanup_errors=True) as folder:
-        if address is not None:
-            ray.init(address=address, log_to_driver=False)
-        else:
-            ray.init(
-                num_cpus=workers or len(os.sched_getaffinity(0)),
-                include_dashboard=False,
-                object_store_memory=STORE_BYTES,
-                log_to_driver=False,
-                logging_level=logging.WARNING,
-                _temp_dir=folder,
-            )
+        try:
+            if address is not None:
+                ray.init(address=address, log_to_driver=False)
+            else:
+                _init_here(ray, workers or len(os.sched_getaffinity(0)), folder)
+        except Exception as error:  # Ray has no one exception for it.
+            where = address or "this machine"
+            raise ClusterError(f"Ray cannot be started or reached at {where}: {error}") from error
         try:
             yield ray
         finally:
             ray.shutdown()
+
+
+def _init_here(ray: Any, cpus: int, folder: str) -> None:
+    ray.init(
+        num_cpus=cpus,
+        include_dashboard=False,
+        object_store_memory=STORE_BYTES,
+        log_to_driver=False,
+        logging_level=logging.WARNING,
+        _temp_dir=folder,
+    )
 
 
 class _Store:

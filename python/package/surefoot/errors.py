@@ -98,6 +98,10 @@ class InstanceError(Error):
     """A running instance cannot be found or listened to."""
 
 
+class ClusterError(Error):
+    """Ray cannot be started or reached."""
+
+
 class MissingPackage(Error, ImportError):
     """An optional package is not installed; the message says how to install it."""
 
