@@ -5,6 +5,7 @@ use std::fmt::Display;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surefoot::{Goal, PlanError, Planner, SearchStats, SearchTrace, Stance, Step};
+use surefoot_shared_types::config::builder::{ScenarioContent, ScenarioError};
 
 use crate::arrays::{Matrix, rows};
 use crate::errors::{OrRaise, Raise, exception, outcome};
@@ -47,6 +48,7 @@ pub fn plan<'py>(
     search: &Bound<'py, PyAny>,
 ) -> PyResult<(Plan, Bound<'py, PyDict>, Matrix<'py>)> {
     let Search { start, goal, seed, threads } = search.extract()?;
+    check(&parameters.inner, start, goal, seed).or_raise()?;
     let prepared = robot.preparation(py, &parameters.inner)?;
     let builder = Planner::builder(&prepared, &world.inner)
         .parameters(parameters.inner.clone())
@@ -66,6 +68,28 @@ pub fn plan<'py>(
         Ok(inner) => Ok((Plan { inner }, stats, points(py, &trace)?)),
         Err(error) => Err(no_plan(py, &error, stats, &trace)?),
     }
+}
+
+/// Checks all numbers before the robot is prepared for them, which takes seconds.
+fn check(
+    parameters: &surefoot::Parameters,
+    start: [f64; 5],
+    goal: [f64; 7],
+    seed: u64,
+) -> Result<(), ScenarioError> {
+    let surefoot::Parameters { planner, checker, execution } = parameters.clone();
+    let goal = goal_of(goal);
+    let content = ScenarioContent {
+        start: stance_of(start).into(),
+        goal: goal.stance.into(),
+        goal_position_tolerance: goal.position_tolerance,
+        goal_yaw_tolerance: goal.yaw_tolerance,
+        seed,
+        planner,
+        checker,
+        execution,
+    };
+    content.build().map(|_| ())
 }
 
 fn points<'py>(py: Python<'py>, trace: &SearchTrace) -> PyResult<Matrix<'py>> {

@@ -40,8 +40,9 @@ def test_a_folder_that_is_not_there_is_named(plan: surefoot.Plan, tmp_path: Path
 
 
 def test_no_plan_says_which_end(robot: surefoot.Robot) -> None:
+    far = surefoot.Scenario("ibeam_hallway")
     with pytest.raises(surefoot.NoPlan, match="raise work_max") as found:
-        surefoot.plan(robot, "ibeam_hallway", FLOOR, goal=(3, 0, 0), work_max=5)
+        surefoot.plan(robot, far.world, far.start, far.goal, work_max=5)
     assert found.value.outcome == "budget_exhausted" and found.value.stats["work"] >= 5
     assert found.value.tree.shape[1:] == (2, 3)
     with pytest.raises(surefoot.NoPlan) as found:

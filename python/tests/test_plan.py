@@ -98,7 +98,7 @@ def test_other_threads_run_while_a_walk_is_planned(robot: surefoot.Robot) -> Non
     counter = threading.Thread(target=count)
     counter.start()
     before = counted
-    surefoot.plan(robot, "ibeam_hallway", start=(0.35, 0, 0), goal=(3.0, 0, 0), work_max=3000)
+    surefoot.Scenario("stepping_stones").plan(robot=robot)
     during = counted - before
     done.set()
     counter.join()

@@ -59,9 +59,9 @@ def test_the_command_records_a_saved_plan(plan: surefoot.Plan, tmp_path: Path) -
 
 
 def test_a_search_without_a_plan_is_recorded(robot: surefoot.Robot, tmp_path: Path) -> None:
-    world = surefoot.World("ibeam_hallway")
+    far = surefoot.Scenario("ibeam_hallway")
     with pytest.raises(surefoot.NoPlan) as found:
-        surefoot.plan(robot, world, (0.5, 0, 0), (3, 0, 0), work_max=300)
+        surefoot.plan(robot, far.world, far.start, far.goal, work_max=300)
     recording = tmp_path / "search.rrd"
-    view_module(found.value, save=recording, world=world)  # type: ignore[operator]
+    view_module(found.value, save=recording, world=far.world)  # type: ignore[operator]
     assert "/outcome" in entities(recording) and "/world/" in entities(recording)

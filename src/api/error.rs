@@ -17,7 +17,7 @@ pub use surefoot_shared_types::world::builder::WorldError;
 pub struct LoadError(#[from] InputError);
 
 impl LoadError {
-    /// The file, the line and what is wrong there.
+    /// The file, the line and the error.
     pub fn input_error(&self) -> &InputError {
         &self.0
     }
@@ -29,7 +29,7 @@ impl LoadError {
 pub struct SaveError(#[from] InputError);
 
 impl SaveError {
-    /// The file and what is wrong with it.
+    /// The file and the error.
     pub fn input_error(&self) -> &InputError {
         &self.0
     }

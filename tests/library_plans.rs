@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a call that fails fails the test")]
 
+use std::path::{Path, PathBuf};
+
 use surefoot::{
     Checker, Goal, HeightMap, Parameters, Plan, Planner, Pose, Prepared, Robot, Shape, Stance,
     World,
@@ -25,19 +27,34 @@ fn ground() -> World {
         .unwrap()
 }
 
+/// The folder in which the program keeps preparations for all tests.
+fn cache() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("surefoot")
+}
+
 fn plan(robot: &Robot, world: &World) -> Plan {
-    let folder = tempfile::tempdir().unwrap();
+    let prepared = Prepared::in_folder(robot, &Parameters::default(), cache()).unwrap();
+    Planner::builder(&prepared, world).build().unwrap().plan(START, GOAL).unwrap()
+}
+
+#[test]
+fn a_preparation_is_read_from_its_folder_and_a_damaged_one_is_made_anew() {
+    let robot = robot();
     let parameters = Parameters::default();
-    let made = Prepared::in_folder(robot, &parameters, folder.path()).unwrap();
-    let found = Prepared::in_folder(robot, &parameters, folder.path()).unwrap();
-    let plan = |prepared| Planner::builder(prepared, world).build().unwrap().plan(START, GOAL);
-    let (plan_made, plan_found) = (plan(&made).unwrap(), plan(&found).unwrap());
-    assert_eq!(plan_made.digest(), plan_found.digest(), "a saved preparation is the same");
-    std::fs::read_dir(folder.path())
-        .unwrap()
-        .for_each(|file| std::fs::write(file.unwrap().path(), b"damaged").unwrap());
-    Prepared::in_folder(robot, &parameters, folder.path()).unwrap();
-    plan_made
+    let bytes_in = |folder: &Path| {
+        let mut bytes = vec![];
+        Prepared::in_folder(&robot, &parameters, folder).unwrap().write(&mut bytes).unwrap();
+        bytes
+    };
+    let bytes = bytes_in(&cache());
+    let is_ours = |path: &PathBuf| std::fs::read(path).is_ok_and(|found| found == bytes);
+    let files = std::fs::read_dir(cache()).unwrap().map(|entry| entry.unwrap().path());
+    let saved = files.into_iter().find(is_ours).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join(saved.file_name().unwrap());
+    std::fs::write(&copy, &bytes[..bytes.len() / 2]).unwrap();
+    assert_eq!(bytes_in(folder.path()), bytes);
+    assert_eq!(std::fs::read(&copy).unwrap(), bytes);
 }
 
 #[test]
