@@ -45,7 +45,15 @@ def test_every_chunk_is_received_or_counted_as_missed() -> None:
 
 def test_a_walk_without_a_plan_ends_the_subscription(tmp_path: Path) -> None:
     name = f"test-none-{os.getpid()}"
-    command = [str(PROGRAM), "walk", "no_way_wall", "--quiet", "--instance", name]
+    task = surefoot.Scenario("no_way_wall")
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text(
+        f'robot = "{task.robot_path}"\nworld = "{task.world_path}"\n'
+        f"start = {{ xyz = [{task.start.x}, {task.start.y}, {task.start.z}] }}\n"
+        f"goal = {{ xyz = [{task.goal.x}, {task.goal.y}, {task.goal.z}] }}\n"
+        "planner = { work_max = 3000 }\n"
+    )
+    command = [str(PROGRAM), "walk", str(scenario), "--quiet", "--instance", name]
     walking = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     with surefoot.subscribe(name, wait=60.0) as live:
         assert list(live) == [] and live.missed == 0
