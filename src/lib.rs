@@ -23,6 +23,7 @@
 //!
 //! # Where to go
 //! - A robot: [`Robot::load`]; a world: [`World::load`] or [`World::builder`].
+//! - A plan as a file: [`Plan::save`] and [`Plan::load`].
 //! - A search inside a control loop: [`Planner::begin`] and [`Planner::step`].
 //! - The rest of a walk after something happened: [`Planner::replan`].
 //! - Plans by other programs: [`Checker::check`] and [`Checker::check_file`].
@@ -57,9 +58,10 @@ pub mod supervisor;
 pub mod system;
 
 pub use api::{
-    BuildError, CheckError, Checker, CheckerConfig, Contacts, Delivery, DeliveryOutcome, Digest,
-    Event, ExecutionConfig, Foot, Foothold, Goal, LoadError, Margins, Message, MotionKind,
-    Parameters, Plan, PlanChunk, PlanError, Planner, PlannerBuilder, PlannerConfig, Pose,
-    PrepareError, Prepared, Publisher, ReplanError, Robot, SearchStats, Shape, Stance, StartError,
-    State, Step, Subscriber, TransportError, World, WorldBuilder, WorldCorrection, WorldError,
+    AnswerError, BuildError, CheckError, Checker, CheckerConfig, Contacts, Delivery,
+    DeliveryOutcome, Digest, Event, ExecutionConfig, Foot, FootLoad, Foothold, Goal, HeightMap,
+    Load, LoadError, Margins, Message, MotionKind, Parameters, Plan, PlanChunk, PlanError, Planner,
+    PlannerBuilder, PlannerConfig, Pose, PrepareError, Prepared, Publisher, ReplanError, Robot,
+    SaveError, SearchStats, SearchTrace, Shape, Stance, StartError, State, Step, Subscriber,
+    TransportError, World, WorldBuilder, WorldCorrection, WorldError,
 };

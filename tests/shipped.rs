@@ -96,3 +96,20 @@ fn completions_and_manual_pages_know_every_command() {
         assert!(page.is_file(), "{}", page.display());
     }
 }
+
+#[test]
+fn the_viewer_is_run_by_python_or_the_message_says_how_to_get_it() {
+    let view = |interpreter: &str| {
+        let mut command = surefoot(&["view", "plan.json", "--save", "walk.rrd"]);
+        finish(command.env("SUREFOOT_PYTHON", interpreter).spawn().unwrap())
+    };
+    let output = view("/nowhere/python3");
+    assert_eq!(output.code, 2);
+    assert!(output.err.contains("/nowhere/python3 cannot be run"), "{}", output.err);
+    let output = view("false");
+    assert_eq!(output.code, 2);
+    assert!(output.err.contains("pip install 'surefoot[view]'"), "{}", output.err);
+    let output = view("echo");
+    assert_eq!(output.code, 0, "{}", output.err);
+    assert_eq!(output.out, "-m surefoot.view plan.json --save walk.rrd\n");
+}

@@ -3,21 +3,31 @@
 use std::path::Path;
 
 use surefoot_controller_sim::check::checker::Checker as SegmentChecker;
-use surefoot_controller_sim::{Course, MotionSegment, PlanReport, Stop, Violation, check_plan};
+use surefoot_controller_sim::{
+    Course, MotionSegment, PlanReport, Problem, Stop, Violation, check_plan, check_plan_in,
+};
+use surefoot_shared_types::config::builder::ScenarioContent;
 pub use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, SupportMode};
 use surefoot_shared_types::plan_file::read::load_plan;
 
-use crate::api::error::CheckError;
+use crate::api::error::{AnswerError, CheckError};
 use crate::api::parameters::Parameters;
 use crate::api::plan::{Plan, PlanChunk};
 use crate::api::robot::Robot;
+use crate::api::stance::{Goal, Stance};
 use crate::api::world::World;
+
+/// The name of a plan in memory in errors.
+const IN_MEMORY: &str = "plan";
 
 /// Checks motions of one robot in one world: balance, contact, collision, limits and torque, with
 /// code that shares no algorithm with the planner. `docs/CHECKER.md` says what each check demands.
 pub struct Checker {
     checker: SegmentChecker,
+    robot: Robot,
+    world: World,
+    parameters: Parameters,
 }
 
 impl Checker {
@@ -27,8 +37,15 @@ impl Checker {
     /// The robot is not a biped, or the checker cannot compute with a shape of the robot or the
     /// world.
     pub fn new(robot: &Robot, world: &World, parameters: &Parameters) -> Result<Self, CheckError> {
-        let (model, world) = (robot.model().clone(), world.model().clone());
-        Ok(Self { checker: SegmentChecker::new(model, world, parameters.checker.clone())? })
+        let (robot, world, parameters) = (robot.clone(), world.clone(), parameters.clone());
+        let config = parameters.checker.clone();
+        let checker = SegmentChecker::new(robot.model().clone(), world.model().clone(), config)?;
+        Ok(Self { checker, robot, world, parameters })
+    }
+
+    /// The checker of single motions.
+    pub(crate) fn segment_checker(&mut self) -> &mut SegmentChecker {
+        &mut self.checker
     }
 
     /// Checks the motion of a chunk of any origin, and returns its worst margins.
@@ -59,6 +76,48 @@ impl Checker {
             margins = margins.min(&self.check(chunk).map_err(|violation| (index, violation))?);
         }
         Ok(margins)
+    }
+
+    /// Checks a whole plan as a walk from `start` to `goal`: every motion, their continuity, where
+    /// it begins and where it ends. Violations are part of the report.
+    ///
+    /// # Errors
+    /// A number of the start, the goal or the parameters is out of range, or the plan moves other
+    /// joints than the robot has.
+    pub fn answer(
+        &self,
+        plan: &Plan,
+        start: Stance,
+        goal: Goal,
+    ) -> Result<PlanReport, AnswerError> {
+        let Parameters { planner, checker, execution } = self.parameters.clone();
+        let content = ScenarioContent {
+            start: start.into(),
+            goal: goal.stance.into(),
+            goal_position_tolerance: goal.position_tolerance,
+            goal_yaw_tolerance: goal.yaw_tolerance,
+            seed: 1,
+            planner,
+            checker,
+            execution,
+        };
+        let scenario = content.build()?;
+        let (model, world) = (self.robot.model().clone(), self.world.model().clone());
+        let file = plan.file(plan.world().model(), Path::new(""));
+        let problem = Problem::of_stances(model, world, &scenario, &file);
+        Ok(check_plan_in(&file, Path::new(IN_MEMORY), &problem)?)
+    }
+
+    /// As [`Checker::answer`], from the start to the goal that the plan states itself.
+    ///
+    /// # Errors
+    /// The plan moves other joints than the robot has.
+    pub fn answer_as_stated(&self, plan: &Plan) -> Result<PlanReport, AnswerError> {
+        let (model, world) = (self.robot.model().clone(), self.world.model().clone());
+        let file = plan.file(plan.world().model(), Path::new(""));
+        let ends = [file.start.clone(), file.goal.clone()];
+        let problem = Problem::of_ends(model, world, self.parameters.checker.clone(), ends);
+        Ok(check_plan_in(&file, Path::new(IN_MEMORY), &problem)?)
     }
 
     /// Checks an exported plan file (`biped-plan/1`), which names its robot and its world.

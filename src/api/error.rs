@@ -16,6 +16,25 @@ pub use surefoot_shared_types::world::builder::WorldError;
 #[error(transparent)]
 pub struct LoadError(#[from] InputError);
 
+impl LoadError {
+    /// The file, the line and the error.
+    pub fn input_error(&self) -> &InputError {
+        &self.0
+    }
+}
+
+/// Why a plan cannot be saved.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct SaveError(#[from] InputError);
+
+impl SaveError {
+    /// The file and the error.
+    pub fn input_error(&self) -> &InputError {
+        &self.0
+    }
+}
+
 /// Why a robot cannot be prepared.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
@@ -28,6 +47,9 @@ pub enum PrepareError {
     /// The bytes cannot be read.
     #[error("the preparation cannot be read: {0}")]
     Read(#[from] std::io::Error),
+    /// The file cannot be written.
+    #[error("the preparation cannot be saved: {0}; use Prepared::new, or another folder")]
+    Save(std::io::Error),
 }
 
 /// Why a planner cannot be built.
@@ -97,6 +119,18 @@ pub enum ReplanError {
     /// There is no plan from the state.
     #[error(transparent)]
     Plan(#[from] PlanError),
+}
+
+/// Why a plan cannot be checked as an answer to a task.
+#[derive(Debug, thiserror::Error)]
+pub enum AnswerError {
+    /// A number of the start, the goal or the parameters is out of range.
+    #[error(transparent)]
+    Stance(#[from] ScenarioError),
+    /// The plan moves other joints than the robot has, or the checker cannot compute with the
+    /// robot or the world.
+    #[error(transparent)]
+    Plan(#[from] InputError),
 }
 
 /// Why a checker or a plan file cannot be used.

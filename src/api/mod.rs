@@ -3,8 +3,12 @@
 mod checker;
 mod error;
 mod event;
+mod height_map;
+mod load;
 mod parameters;
 mod plan;
+mod plan_files;
+mod plan_inputs;
 mod planner;
 mod pose;
 mod prepared;
@@ -15,13 +19,15 @@ mod world;
 
 pub use checker::{Checker, Margins};
 pub use error::{
-    BuildError, CheckError, LoadError, PlanError, PrepareError, ReplanError, StartError,
-    TransportError, WorldError,
+    AnswerError, BuildError, CheckError, LoadError, PlanError, PrepareError, ReplanError,
+    SaveError, StartError, TransportError, WorldError,
 };
 pub use event::{Event, WorldCorrection};
+pub use height_map::HeightMap;
+pub use load::{FootLoad, Load};
 pub use parameters::{CheckerConfig, ExecutionConfig, MotionKind, Parameters, PlannerConfig};
 pub use plan::{Contacts, Digest, Foot, Foothold, Plan, PlanChunk, State};
-pub use planner::{Planner, PlannerBuilder, SearchStats, Step};
+pub use planner::{Planner, PlannerBuilder, SearchStats, SearchTrace, Step};
 pub use pose::Pose;
 pub use prepared::Prepared;
 pub use robot::Robot;

@@ -6,7 +6,10 @@ pub use surefoot_shared_types::base::digest::Digest;
 pub use surefoot_shared_types::message::PlanChunk;
 use surefoot_shared_types::message::{Contact, Interpolation, RestState, SupportMode, Waypoint};
 
+use crate::api::plan_inputs::PlanInputs;
 use crate::api::pose::Pose;
+use crate::api::robot::Robot;
+use crate::api::world::World;
 
 /// A foot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,7 +21,7 @@ pub enum Foot {
 }
 
 impl Foot {
-    fn of_limb(limb: u32) -> Option<Self> {
+    pub(crate) fn of_limb(limb: u32) -> Option<Self> {
         [Self::Left, Self::Right].into_iter().find(|foot| *foot as u32 == limb)
     }
 }
@@ -99,12 +102,29 @@ pub struct Plan {
     chunks: Arc<[PlanChunk]>,
     footholds: Arc<[Foothold]>,
     digest: Digest,
+    inputs: Arc<PlanInputs>,
 }
 
 impl Plan {
-    /// A plan of a complete stream of chunks, which has at least one.
-    pub(crate) fn new(chunks: &[PlanChunk], digest: Digest) -> Self {
-        Self { footholds: footholds(chunks).into(), chunks: chunks.into(), digest }
+    /// A plan of a complete stream of chunks, which has at least one, and what it answers.
+    pub(crate) fn new(chunks: &[PlanChunk], digest: Digest, inputs: PlanInputs) -> Self {
+        let inputs = Arc::new(inputs);
+        Self { footholds: footholds(chunks).into(), chunks: chunks.into(), digest, inputs }
+    }
+
+    /// What it answers.
+    pub(crate) fn inputs(&self) -> &PlanInputs {
+        &self.inputs
+    }
+
+    /// The robot that it moves.
+    pub fn robot(&self) -> &Robot {
+        &self.inputs.robot
+    }
+
+    /// The world that it was planned in.
+    pub fn world(&self) -> &World {
+        &self.inputs.world
     }
 
     /// All footholds: the start stance, then each landing in order.
@@ -118,7 +138,8 @@ impl Plan {
         &self.chunks
     }
 
-    /// The digest of the chunk stream: equal plans have equal digests.
+    /// The digest of the chunk stream: equal plans have equal digests. A plan file holds less than
+    /// the stream, so a loaded plan has another digest than the one that was saved.
     pub fn digest(&self) -> Digest {
         self.digest
     }
@@ -197,7 +218,10 @@ fn footholds(chunks: &[PlanChunk]) -> Vec<Foothold> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use bytemuck::Zeroable;
+    use surefoot_shared_types::plan_format::blocks::EndBlock;
 
     use super::*;
 
@@ -229,7 +253,11 @@ mod tests {
             chunk(SupportMode::Left, &[left], [1.0, 3.0]),
             chunk(SupportMode::Double, &[left, after], [3.0, 4.0]),
         ];
-        Plan::new(&chunks, Digest::default())
+        let robot = Robot::load("configs/robots/hubo/robot.toml").unwrap();
+        let world = World::load("configs/worlds/flat_walk.toml").unwrap();
+        let end = EndBlock::Feet { soles: BTreeMap::new(), tol: 0.1 };
+        let inputs = PlanInputs { robot, world, ends: [end.clone(), end] };
+        Plan::new(&chunks, Digest::default(), inputs)
     }
 
     #[test]

@@ -2,17 +2,19 @@
 
 use std::num::NonZeroUsize;
 
-pub use surefoot_planner::pipeline::SearchStats;
+pub use surefoot_planner::pipeline::{SearchStats, SearchTrace};
 use surefoot_planner::{Outcome, Planner as Search, Status};
 use surefoot_shared_types::Pose as SpatialPose;
 use surefoot_shared_types::config::builder::{ScenarioContent, ScenarioError};
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{CorrectionKind, PlanChunk, RestState, WorldCorrection};
+use surefoot_shared_types::plan_file::write::ends_of;
 
 use crate::api::error::{BuildError, PlanError, ReplanError, StartError};
 use crate::api::event::Event;
 use crate::api::parameters::Parameters;
 use crate::api::plan::{Plan, State};
+use crate::api::plan_inputs::PlanInputs;
 use crate::api::prepared::Prepared;
 use crate::api::stance::{Goal, Stance};
 use crate::api::world::World;
@@ -76,7 +78,7 @@ impl PlannerBuilder {
         let task = Task::new(Stance::at(0.0, 0.0, 0.0), Goal::at(0.0, 0.0, 0.0), world.clone());
         let planner =
             Planner { prepared, world, parameters, threads, seed, task, search: None, plan: None };
-        match planner.search(&planner.task) {
+        match planner.begun(&planner.task) {
             Ok(_) => Ok(planner),
             Err(StartError::Stance(error)) => Err(error.into()),
             Err(StartError::Planner(error)) => Err(error.into()),
@@ -143,9 +145,16 @@ pub struct Planner {
     threads: NonZeroUsize,
     seed: u64,
     task: Task,
-    search: Option<Box<Search>>,
+    search: Option<Box<Begun>>,
     /// The plan found last.
     plan: Option<Plan>,
+}
+
+/// A search that was begun, and its scenario.
+#[derive(Debug)]
+struct Begun {
+    search: Search,
+    scenario: Scenario,
 }
 
 /// What a step of the planner leaves behind.
@@ -193,8 +202,8 @@ impl Planner {
     /// # Panics
     /// No search was begun.
     pub fn step(&mut self, work: u64) -> Step {
-        let search = self.search.as_mut().expect("begin comes before step");
-        match search.step(work) {
+        let begun = self.search.as_mut().expect("begin comes before step");
+        match begun.search.step(work) {
             Status::Working => Step::Working,
             Status::Done(outcome) => Step::Done(self.result(&outcome)),
         }
@@ -237,17 +246,23 @@ impl Planner {
 
     /// The statistics of the search that was begun last.
     pub fn stats(&self) -> SearchStats {
-        self.search.as_ref().map(|search| search.stats()).unwrap_or_default()
+        self.search.as_ref().map(|begun| begun.search.stats()).unwrap_or_default()
+    }
+
+    /// How far the search that was begun last has come: the trees of stage P, the guide route, and
+    /// where most sequences failed.
+    pub fn trace(&self) -> SearchTrace {
+        self.search.as_ref().map(|begun| begun.search.trace()).unwrap_or_default()
     }
 
     fn begin_task(&mut self, task: Task) -> Result<(), StartError> {
-        self.search = Some(Box::new(self.search(&task)?));
+        self.search = Some(Box::new(self.begun(&task)?));
         (self.task, self.plan) = (task, None);
         Ok(())
     }
 
     /// A search for a task, ready to step.
-    fn search(&self, task: &Task) -> Result<Search, StartError> {
+    fn begun(&self, task: &Task) -> Result<Begun, StartError> {
         let scenario = self.scenario(task)?;
         let preparation = self.prepared.preparation().clone();
         let model = self.prepared.robot().model();
@@ -260,7 +275,7 @@ impl Planner {
         for (world_from_sole, half_sides) in task.missing_contacts() {
             builder = builder.keep_out(world_from_sole, half_sides);
         }
-        Ok(builder.build()?)
+        Ok(Begun { search: builder.build()?, scenario })
     }
 
     fn scenario(&self, task: &Task) -> Result<Scenario, ScenarioError> {
@@ -294,10 +309,14 @@ impl Planner {
     }
 
     fn result(&mut self, outcome: &Outcome) -> Result<Plan, PlanError> {
-        let Some(search) = &self.search else { unreachable!("a search has ended") };
+        let Some(begun) = &self.search else { unreachable!("a search has ended") };
+        let Begun { search, scenario } = &**begun;
         match outcome {
             Outcome::Found => {
-                let plan = Plan::new(search.chunks(), search.digest());
+                let (robot, world) = (self.prepared.robot().clone(), self.task.world.clone());
+                let ends = ends_of(robot.model(), scenario, search.chunks());
+                let inputs = PlanInputs { robot, world, ends };
+                let plan = Plan::new(search.chunks(), search.digest(), inputs);
                 self.plan = Some(plan.clone());
                 Ok(plan)
             }

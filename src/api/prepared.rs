@@ -1,8 +1,10 @@
 //! The preparation of a robot: made once for a robot and a set of margins.
 
 use std::io::{Read, Write};
+use std::path::Path;
 
 use surefoot_planner::preparation::{Preparation, key, prepare};
+use surefoot_shared_types::base::whole_file;
 
 use crate::api::error::PrepareError;
 use crate::api::parameters::Parameters;
@@ -41,6 +43,32 @@ impl Prepared {
         let key = key(robot.model(), &parameters.planner);
         let preparation = Preparation::from_bytes(&bytes, &key)?;
         Ok(Self { robot: robot.clone(), preparation })
+    }
+
+    /// Reads the preparation of a robot from a folder, or makes it and saves it there for the next
+    /// time. A damaged file is made anew. Several processes may do so at once.
+    ///
+    /// # Errors
+    /// The planner cannot move this robot, or the folder cannot be written to.
+    pub fn in_folder(
+        robot: &Robot,
+        parameters: &Parameters,
+        folder: impl AsRef<Path>,
+    ) -> Result<Self, PrepareError> {
+        let key = key(robot.model(), &parameters.planner);
+        let path = folder.as_ref().join(format!("{key}.prepared"));
+        let is_file = std::fs::symlink_metadata(&path).is_ok_and(|found| found.is_file());
+        if is_file
+            && let Ok(file) = std::fs::File::open(&path)
+            && let Ok(prepared) = Self::read(robot, parameters, file)
+        {
+            return Ok(prepared);
+        }
+        let prepared = Self::new(robot, parameters)?;
+        std::fs::create_dir_all(folder.as_ref()).map_err(PrepareError::Save)?;
+        whole_file::write(&path, prepared.preparation.bytes())
+            .map_err(|reason| PrepareError::Save(std::io::Error::other(reason)))?;
+        Ok(prepared)
     }
 
     /// Writes all of it.

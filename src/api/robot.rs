@@ -21,12 +21,17 @@ impl Robot {
     /// # Errors
     /// A file cannot be read, or something in it is out of order: file, line and element are named.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
-        Ok(Self { model: Arc::new(load_robot(path.as_ref())?) })
+        Ok(Self::new(load_robot(path.as_ref())?))
     }
 
     /// The name in the URDF.
     pub fn name(&self) -> &str {
         &self.model.name
+    }
+
+    /// The mass of all links, kg.
+    pub fn mass(&self) -> f64 {
+        self.model.mass()
     }
 
     /// The names of the moving joints, in the order of [`State::q`](crate::State::q) and of every
@@ -35,8 +40,14 @@ impl Robot {
         self.model.joints.iter().map(|joint| joint.name.as_str())
     }
 
-    /// The validated model.
-    pub(crate) fn model(&self) -> &RobotModel {
+    /// Wraps a validated model.
+    pub(crate) fn new(model: RobotModel) -> Self {
+        Self { model: Arc::new(model) }
+    }
+
+    /// The validated model, for the crates of this repository.
+    #[doc(hidden)]
+    pub fn model(&self) -> &RobotModel {
         &self.model
     }
 }

@@ -9,6 +9,7 @@ use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World as WorldModel;
 
 use crate::api::error::{LoadError, WorldError};
+use crate::api::height_map::HeightMap;
 use crate::api::pose::Pose;
 
 /// Friction of a world for which none is set.
@@ -57,8 +58,14 @@ impl World {
         Self { model: Arc::new(model) }
     }
 
-    /// The validated world.
-    pub(crate) fn model(&self) -> &WorldModel {
+    /// The coefficient of friction.
+    pub fn friction(&self) -> f64 {
+        self.model.mu
+    }
+
+    /// The validated world, for the crates of this repository.
+    #[doc(hidden)]
+    pub fn model(&self) -> &WorldModel {
         &self.model
     }
 }
@@ -127,6 +134,13 @@ impl WorldBuilder {
         let geometry =
             Geometry::Mesh { vertices: vertices.to_vec(), triangles: triangles.to_vec() };
         self.add(name, world_from_mesh, geometry)
+    }
+
+    /// Adds the surface of a height map.
+    #[must_use]
+    pub fn height_map(self, name: &str, world_from_map: Pose, map: &HeightMap<'_>) -> Self {
+        let (vertices, triangles) = map.surface();
+        self.mesh(name, world_from_map, &vertices, &triangles)
     }
 
     fn add(mut self, name: &str, world_from_shape: Pose, geometry: Geometry) -> Self {

@@ -70,6 +70,8 @@ pub enum Command {
     Explain(ExplainArguments),
     /// Write an exported plan in the format of another program
     Export(ExportArguments),
+    /// Show an exported plan in Rerun (needs the Python package)
+    View(ViewArguments),
     /// Print a shell's completions of these commands
     Completions(CompletionsArguments),
     /// Write the manual pages of all commands to a folder
@@ -136,6 +138,17 @@ pub struct ExportArguments {
     /// The links whose motion npz holds too: urdf, surefoot, or names
     #[arg(long, value_name = "ORDER", value_parser = selection)]
     pub bodies: Option<Selection>,
+}
+
+/// `surefoot view`.
+#[derive(Debug, Args)]
+pub struct ViewArguments {
+    /// The exported plan
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// Write a recording instead of starting the viewer
+    #[arg(long, value_name = "WALK.rrd")]
+    pub save: Option<PathBuf>,
 }
 
 /// `surefoot completions`.

@@ -4,7 +4,7 @@ use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
     check, completions, config, control, doctor, explain, export, list, man, monitor, new, picture,
-    plan, prepare, request, walk,
+    plan, prepare, request, view, walk,
 };
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
@@ -39,6 +39,7 @@ fn run_command(arguments: &Arguments) -> u8 {
         Command::Picture(arguments) => picture::run(arguments),
         Command::Explain(arguments) => explain::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::View(arguments) => view::run(arguments),
         Command::Completions(arguments) => completions::run(arguments),
         Command::Man(arguments) => man::run(arguments),
     };

@@ -19,4 +19,5 @@ pub mod prepare;
 pub mod request;
 pub mod search_loop;
 pub mod session;
+pub mod view;
 pub mod walk;

@@ -77,24 +77,37 @@ pub fn bytes_of(path: &str) -> Option<&'static [u8]> {
 /// # Errors
 /// There is neither, or the shipped files cannot be written to the cache folder.
 pub fn scenario_path(argument: &Path) -> Result<PathBuf, InputError> {
+    input_path(ShippedKind::Scenario, argument)
+}
+
+/// As [`scenario_path`], for an input of any kind.
+///
+/// # Errors
+/// As [`scenario_path`].
+pub fn input_path(kind: ShippedKind, argument: &Path) -> Result<PathBuf, InputError> {
     let is_name = argument.extension().is_none() && argument.components().count() == 1;
     let is_there = std::fs::metadata(argument).is_ok_and(|found| !found.is_dir());
     if !is_name || is_there || argument == Path::new("-") {
         return Ok(argument.to_owned());
     }
     let name = argument.to_string_lossy();
-    match shipped(ShippedKind::Scenario).find(|input| input.name == name) {
+    match shipped(kind).find(|input| input.name == name) {
         Some(input) => Ok(unpack(argument)?.join(input.path)),
         None if argument.exists() => Ok(argument.to_owned()),
-        None => Err(InputError::file(argument, no_such_scenario(&name))),
+        None => Err(InputError::file(argument, no_such_input(kind, &name))),
     }
 }
 
-fn no_such_scenario(name: &str) -> String {
-    let hint = "'surefoot list' shows the scenarios that the program carries";
-    match closest(name, shipped(ShippedKind::Scenario).map(|input| input.name)) {
-        Some(close) => format!("no such file or scenario; did you mean '{close}'? {hint}"),
-        None => format!("no such file or scenario; {hint}"),
+fn no_such_input(kind: ShippedKind, name: &str) -> String {
+    let what = match kind {
+        ShippedKind::Scenario => "scenario",
+        ShippedKind::Robot => "robot",
+        ShippedKind::World => "world",
+    };
+    let hint = format!("'surefoot list' shows the {what}s that the program carries");
+    match closest(name, shipped(kind).map(|input| input.name)) {
+        Some(close) => format!("no such file or {what}; did you mean '{close}'? {hint}"),
+        None => format!("no such file or {what}; {hint}"),
     }
 }
 
@@ -160,6 +173,8 @@ mod tests {
         assert_eq!(scenario_path(path).unwrap(), path);
         let error = scenario_path(Path::new("ibeam_halway")).unwrap_err().to_string();
         assert!(error.contains("did you mean 'ibeam_hallway'?"), "{error}");
+        let error = input_path(ShippedKind::Robot, Path::new("hubbo")).unwrap_err().to_string();
+        assert!(error.contains("no such file or robot; did you mean 'hubo'?"), "{error}");
         let error = scenario_path(Path::new("qqqq")).unwrap_err().to_string();
         assert!(error.contains("'surefoot list'") && !error.contains("mean"), "{error}");
     }

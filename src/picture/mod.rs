@@ -17,7 +17,7 @@ pub(crate) mod scene;
 pub(crate) mod search_scene;
 pub(crate) mod stroke;
 pub(crate) mod surface;
-pub(crate) mod tessellate;
+pub mod tessellate;
 pub(crate) mod view;
 
 pub use error::PictureError;

@@ -8,12 +8,15 @@
 shared-types/src/instance/{base_folder, lock, location}.rs are the same in Rust.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import fcntl
 import os
 import pathlib
 import re
 import stat
+from typing import Any
 
 SHARED_MEMORY = pathlib.Path("/dev/shm")
 TOKEN = re.compile("[0-9a-f]{16}")
@@ -32,15 +35,15 @@ class Instance:
     token: str
 
     @property
-    def segment_prefix(self):
+    def segment_prefix(self) -> str:
         """The beginning of the name of every shared-memory segment."""
         return f"surefoot-{self.token}-{self.name}."
 
-    def service_name(self, role):
+    def service_name(self, role: str) -> str:
         """The name of a service: role is chunks, feedback, state, requests or status."""
         return f"surefoot/{self.name}/{role}"
 
-    def config(self):
+    def config(self) -> Any:
         """iceoryx2's configuration: root path and segment prefix."""
         import iceoryx2 as iox
 
@@ -50,7 +53,7 @@ class Instance:
         return config
 
 
-def is_private(folder):
+def is_private(folder: pathlib.Path) -> bool:
     """Whether the path is a folder, no link, that only this user may enter."""
     try:
         status = os.lstat(folder)
@@ -60,7 +63,7 @@ def is_private(folder):
     return stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and mode & 0o077 == 0
 
 
-def base_folders():
+def base_folders() -> list[pathlib.Path]:
     """The private folders that hold this user's instances."""
     plain = f"surefoot-{os.geteuid()}"
     with_token = sorted(
@@ -72,14 +75,14 @@ def base_folders():
     return [folder for folder in folders if is_private(folder)]
 
 
-def running():
+def running() -> list[Instance]:
     """The running instances of this user, sorted by name."""
     roots = (root for base in base_folders() for root in sorted(base.iterdir()))
     found = (instance_at(root) for root in roots if is_private(root))
     return sorted((one for one in found if one is not None), key=lambda one: one.name)
 
 
-def instance_at(root):
+def instance_at(root: pathlib.Path) -> Instance | None:
     """The running instance with this root folder; None if no process runs in it."""
     try:
         descriptor = os.open(root / "lock", os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
@@ -99,7 +102,7 @@ def instance_at(root):
     return Instance(root.name, root, token) if TOKEN.fullmatch(token) else None
 
 
-def find(name):
+def find(name: str | None) -> Instance:
     """The running instance of this name; without a name, the only running one."""
     instances = running()
     if name is None and len(instances) == 1:

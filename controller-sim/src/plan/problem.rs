@@ -61,6 +61,27 @@ impl Problem {
         Ok(Self { model, world, config: CheckerConfig::default(), start, goal, notes })
     }
 
+    /// The problem of a robot and a world in memory, with the ends that a plan states.
+    pub fn of_ends(
+        model: RobotModel,
+        world: World,
+        config: CheckerConfig,
+        [start, goal]: [EndBlock; 2],
+    ) -> Self {
+        Self { model, world, config, start, goal, notes: vec![] }
+    }
+
+    /// The problem of a robot and a world in memory, with the ends of a scenario.
+    pub fn of_stances(
+        model: RobotModel,
+        world: World,
+        scenario: &Scenario,
+        plan: &PlanFile,
+    ) -> Self {
+        let ends = ends(&model, scenario, plan);
+        Self::of_ends(model, world, scenario.checker.clone(), ends)
+    }
+
     /// The problem of a scenario. Limits of the plan's robot hold where they are tighter.
     ///
     /// # Errors
@@ -79,21 +100,18 @@ impl Problem {
                 tighten(joint, other, &mut notes);
             }
         }
-        Ok(Self {
-            start: on_contacts(
-                end_block(&model, &scenario.start, START_TOLERANCE),
-                plan.phases.first(),
-            ),
-            goal: on_contacts(
-                end_block(&model, &scenario.goal, scenario.goal_tolerance.position),
-                plan.phases.last(),
-            ),
-            model,
-            world: load_world(&scenario.world_path)?,
-            config: scenario.checker.clone(),
-            notes,
-        })
+        let world = load_world(&scenario.world_path)?;
+        Ok(Self { notes, ..Self::of_stances(model, world, scenario, plan) })
     }
+}
+
+/// The start and the goal of a scenario, on the ground that a plan stands on.
+fn ends(model: &RobotModel, scenario: &Scenario, plan: &PlanFile) -> [EndBlock; 2] {
+    let end = |stance, tolerance, phase| on_contacts(end_block(model, stance, tolerance), phase);
+    [
+        end(&scenario.start, START_TOLERANCE, plan.phases.first()),
+        end(&scenario.goal, scenario.goal_tolerance.position, plan.phases.last()),
+    ]
 }
 
 /// Lowers the effort and acceleration limits of a joint to those of the plan.

@@ -1,6 +1,7 @@
 //! Reads, checks and writes plan files.
 
 pub(crate) mod check;
+pub mod chunks;
 pub mod origin;
 pub mod ramps;
 pub mod read;

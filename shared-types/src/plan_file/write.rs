@@ -43,6 +43,22 @@ pub fn plan_from_chunks(
     chunks: &[PlanChunk],
     plan_dir: &Path,
 ) -> PlanFile {
+    plan_with_ends(robot, world, ends_of(robot, scenario, chunks), chunks, plan_dir)
+}
+
+/// The start and the goal of a stream of chunks that answers a scenario.
+pub fn ends_of(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> [EndBlock; 2] {
+    [start_block(robot, scenario, chunks), goal_block(robot, scenario, chunks)]
+}
+
+/// As [`plan_from_chunks`], with the start and the goal as the file states them.
+pub fn plan_with_ends(
+    robot: &RobotModel,
+    world: &World,
+    [start, goal]: [EndBlock; 2],
+    chunks: &[PlanChunk],
+    plan_dir: &Path,
+) -> PlanFile {
     let plan_dir = plan_dir
         .canonicalize()
         .or_else(|_| std::path::absolute(plan_dir))
@@ -59,8 +75,8 @@ pub fn plan_from_chunks(
         waypoints,
         phases,
         chunks: chunk_blocks,
-        start: start_block(robot, scenario, chunks),
-        goal: goal_block(robot, scenario, chunks),
+        start,
+        goal,
         origin: origin_block(robot, world, chunks, &plan_dir),
     }
 }

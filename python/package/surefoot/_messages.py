@@ -1,0 +1,1 @@
+../../../tools/mirrors/surefoot_messages.py

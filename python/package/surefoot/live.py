@@ -1,0 +1,191 @@
+"""Listens to a running walk, through the package ``iceoryx2``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from surefoot import _instances, _messages
+from surefoot.errors import InstanceError, missing
+from surefoot.plans import FEET, Foothold
+
+POLL_SECONDS = 0.0005
+"""Time between two looks for a message."""
+CHUNKS_BUFFERED = 8
+"""Chunks that wait for a slow reader, as in shared-types/src/instance/tuning.rs."""
+CARRYING = ((True, False), (False, True), (True, True))
+"""Whether the left and the right foot carry in each support mode."""
+FIRST, LAST = 1, 2
+"""Flags of the first and the last chunk of a plan."""
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A part of a plan within one support mode, as the planner published it."""
+
+    plan_id: int
+    """Number of the plan in its session."""
+    epoch: int
+    """Number of the replan within the plan."""
+    sequence: int
+    """Number of the chunk in its epoch, from 0."""
+    is_first: bool
+    """Whether the plan begins with it."""
+    is_last: bool
+    """Whether the plan ends with it."""
+    contacts: tuple[bool, bool]
+    """Whether the left and the right foot carry the robot."""
+    footholds: list[Foothold]
+    """The stance feet."""
+    time: NDArray[np.float64]
+    """Times of the waypoints since the beginning of the plan, s."""
+    root_position: NDArray[np.float64]
+    """Positions of the root link in the world, m, a row each."""
+    root_rotation: NDArray[np.float64]
+    """Rotations of the root link, unit quaternions x, y, z, w."""
+    joints: NDArray[np.float64]
+    """Joint positions in the order of :attr:`surefoot.Robot.joint_names`, rad or m."""
+
+
+class Subscription:
+    """Receives the chunks of an instance. Nobody waits for it: what it reads too late it misses.
+
+    Iterating ends when the planner has left, or the instance has ended. Close it, or use it with
+    ``with``.
+    """
+
+    def __init__(self, instance: _instances.Instance) -> None:
+        try:
+            import iceoryx2 as iox
+        except ImportError:
+            raise missing("iceoryx2", "live") from None
+        self.instance = instance.name
+        """The name of the instance."""
+        self.missed = 0
+        """Chunks that were overwritten before they were read, as far as later ones show it."""
+        self._root = instance.root
+        self._expected: tuple[int, int, int, int] | None = None
+        iox.set_log_level(iox.LogLevel.Fatal)
+        try:
+            self._service, self._subscriber = _open(iox, instance)
+        except Exception as error:  # The package has an exception for each reason.
+            raise InstanceError(
+                f"the chunks of '{instance.name}' cannot be subscribed to ({error!r}); is it of "
+                "this version of surefoot?"
+            ) from None
+
+    def receive(self) -> Chunk | None:
+        """The next chunk, if one has come."""
+        sample = self._subscriber.receive()
+        if sample is None:
+            return None
+        message = sample.payload().contents
+        chunk = _chunk(message)
+        place = (message.session, chunk.plan_id, chunk.epoch)
+        sample.delete()
+        known = self._expected is not None and self._expected[:3] == place
+        expected = self._expected[3] if known and self._expected is not None else 0
+        self.missed += max(0, chunk.sequence - expected)
+        self._expected = (*place, chunk.sequence + 1)
+        return chunk
+
+    def is_attended(self) -> bool:
+        """Whether a planner is connected."""
+        return bool(self._service.dynamic_config.number_of_publishers > 0)
+
+    def is_running(self) -> bool:
+        """Whether any process runs the instance."""
+        return _instances.instance_at(self._root) is not None
+
+    def __iter__(self) -> Iterator[Chunk]:
+        has_chunk = False
+        while True:
+            attended = self.is_attended() if has_chunk else self.is_running()
+            while (chunk := self.receive()) is not None:
+                has_chunk = True
+                yield chunk
+            if not attended:
+                return
+            time.sleep(POLL_SECONDS)
+
+    def close(self) -> None:
+        """Lets go of the shared memory."""
+        self._subscriber = self._service = None
+
+    def __enter__(self) -> Subscription:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def subscribe(instance: str | None = None, *, wait: float = 10.0) -> Subscription:
+    """Attaches to a running instance; without a name to the only one. It waits up to ``wait``
+    seconds for it to appear.
+
+    Raises :class:`InstanceError` if there is none, :class:`MissingPackage` without ``iceoryx2``.
+    """
+    deadline = time.monotonic() + wait
+    while True:
+        try:
+            return Subscription(_instances.find(instance))
+        except (_instances.InstanceError, InstanceError) as error:
+            if time.monotonic() >= deadline:
+                raise InstanceError(str(error)) from None
+        time.sleep(0.05)
+
+
+def _open(iox: Any, instance: _instances.Instance) -> tuple[Any, Any]:
+    """The service of the chunks, whose layout must be ours, and a subscriber of it."""
+    builder = iox.NodeBuilder.new().config(instance.config())
+    builder = builder.signal_handling_mode(iox.SignalHandlingMode.Disabled)
+    node = builder.create(iox.ServiceType.Ipc)
+    message = _messages.PlanChunk
+    layout = iox.AttributeVerifier.new().require(
+        iox.AttributeKey.new("surefoot.layout"), iox.AttributeValue.new(message.LAYOUT)
+    )
+    name = iox.ServiceName.new(instance.service_name("chunks"))
+    service = node.service_builder(name).publish_subscribe(message).open_with_attributes(layout)
+    return service, service.subscriber_builder().buffer_size(CHUNKS_BUFFERED).create()
+
+
+def _chunk(message: Any) -> Chunk:
+    waypoints = np.ctypeslib.as_array(message.waypoints)[: message.waypoints_len]
+    return Chunk(
+        plan_id=message.plan_id,
+        epoch=message.epoch,
+        sequence=message.sequence,
+        is_first=bool(message.flags & FIRST),
+        is_last=bool(message.flags & LAST),
+        contacts=CARRYING[message.mode],
+        footholds=[
+            _foothold(message.contacts[at], waypoints["time"][0])
+            for at in range(message.contacts_len)
+        ],
+        time=waypoints["time"].copy(),
+        root_position=waypoints["root_position"].copy(),
+        root_rotation=waypoints["root_rotation"].copy(),
+        joints=waypoints["q"][:, : message.joints_len].copy(),
+    )
+
+
+def _foothold(contact: Any, begin: float) -> Foothold:
+    polygon = np.array([list(corner) for corner in contact.polygon])
+    return Foothold(
+        foot=FEET[contact.limb],
+        time=float(begin),
+        position=np.array(list(contact.position)),
+        rotation=np.array(list(contact.rotation)),
+        polygon=polygon[: contact.polygon_len],
+    )

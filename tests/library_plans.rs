@@ -1,0 +1,120 @@
+//! A plan is saved, loaded and checked again through the library alone.
+
+#![allow(clippy::unwrap_used, reason = "a call that fails fails the test")]
+
+use std::path::{Path, PathBuf};
+
+use surefoot::{
+    Checker, Goal, HeightMap, Parameters, Plan, Planner, Pose, Prepared, Robot, Shape, Stance,
+    World,
+};
+
+const START: Stance = Stance::at(0.0, 0.0, 0.0);
+const GOAL: Goal = Goal::at(0.6, 0.0, 0.0);
+
+fn robot() -> Robot {
+    Robot::load("configs/robots/hubo/robot.toml").unwrap()
+}
+
+/// A floor with an edge, as a mesh in memory.
+fn ground() -> World {
+    let heights = [0.0; 2 * 3];
+    let map = HeightMap { heights: &heights, columns: 3, spacing: 1.0 };
+    World::builder()
+        .height_map("ground", Pose::at(-0.5, -0.5, 0.0), &map)
+        .shape("post", Pose::at(0.3, 1.5, 0.5), Shape::cylinder(0.1, 1.0))
+        .build()
+        .unwrap()
+}
+
+/// The folder in which the program keeps preparations for all tests.
+fn cache() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("surefoot")
+}
+
+fn plan(robot: &Robot, world: &World) -> Plan {
+    let prepared = Prepared::in_folder(robot, &Parameters::default(), cache()).unwrap();
+    Planner::builder(&prepared, world).build().unwrap().plan(START, GOAL).unwrap()
+}
+
+#[test]
+fn a_preparation_is_read_from_its_folder_and_a_damaged_one_is_made_anew() {
+    let robot = robot();
+    let parameters = Parameters::default();
+    let bytes_in = |folder: &Path| {
+        let mut bytes = vec![];
+        Prepared::in_folder(&robot, &parameters, folder).unwrap().write(&mut bytes).unwrap();
+        bytes
+    };
+    let bytes = bytes_in(&cache());
+    let is_ours = |path: &PathBuf| std::fs::read(path).is_ok_and(|found| found == bytes);
+    let files = std::fs::read_dir(cache()).unwrap().map(|entry| entry.unwrap().path());
+    let saved = files.into_iter().find(is_ours).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join(saved.file_name().unwrap());
+    std::fs::write(&copy, &bytes[..bytes.len() / 2]).unwrap();
+    assert_eq!(bytes_in(folder.path()), bytes);
+    assert_eq!(std::fs::read(&copy).unwrap(), bytes);
+}
+
+#[test]
+fn a_loaded_plan_is_the_saved_motion_in_the_same_world() {
+    let (robot, world) = (robot(), ground());
+    let plan = plan(&robot, &world);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walk.json");
+    plan.save(&path).unwrap();
+    assert!(folder.path().join("walk.0.obj").is_file());
+    let loaded = Plan::load(&path).unwrap();
+    assert_eq!(loaded.duration(), plan.duration());
+    let places = |plan: &Plan| -> Vec<_> {
+        plan.footholds().iter().map(|one| (one.foot, one.time, one.position)).collect()
+    };
+    assert_eq!(places(&loaded), places(&plan));
+    for share in 0..=20 {
+        let time = plan.duration() * f64::from(share) / 20.0;
+        let (saved, read) = (plan.sample(time), loaded.sample(time));
+        assert_eq!((saved.q, saved.world_from_root), (read.q, read.world_from_root));
+        assert_eq!(saved.contacts.footholds.len(), read.contacts.footholds.len());
+    }
+    assert_eq!(loaded.world().shape_names().collect::<Vec<_>>(), ["ground", "post"]);
+    assert!(Checker::check_file(&path).unwrap().is_valid());
+    let again = folder.path().join("again.json");
+    loaded.save(&again).unwrap();
+    assert_eq!(Plan::load(&again).unwrap().digest(), loaded.digest());
+}
+
+#[test]
+fn a_plan_is_checked_as_an_answer_to_a_task() {
+    let (robot, world) = (robot(), ground());
+    let plan = plan(&robot, &world);
+    let checker = Checker::new(&robot, &world, &Parameters::default()).unwrap();
+    assert!(checker.answer(&plan, START, GOAL).unwrap().is_valid());
+    assert!(checker.answer_as_stated(&plan).unwrap().is_valid());
+    let report = checker.answer(&plan, START, Goal::at(2.0, 0.0, 0.0)).unwrap();
+    assert!(report.violations().next().is_none() && report.goal.violation.is_some());
+    let low = World::builder()
+        .shape("floor", Pose::at(0.0, 0.0, -0.6), Shape::cuboid([3.0, 3.0, 0.5]))
+        .build()
+        .unwrap();
+    let checker = Checker::new(&robot, &low, &Parameters::default()).unwrap();
+    assert!(checker.answer(&plan, START, GOAL).unwrap().violations().next().is_some());
+}
+
+#[test]
+fn the_loads_carry_the_weight_on_the_stance_feet() {
+    let (robot, world) = (robot(), ground());
+    let plan = plan(&robot, &world);
+    let mut checker = Checker::new(&robot, &world, &Parameters::default()).unwrap();
+    let loads = checker.loads(&plan, 0.1);
+    assert!(loads.len() as f64 >= plan.duration() / 0.1);
+    assert_eq!(loads.last().unwrap().time, plan.duration());
+    let weight = robot.mass() * 9.81;
+    for load in &loads {
+        let carried: f64 = load.feet.iter().map(|foot| foot.force[2]).sum();
+        assert!((carried - weight).abs() < 1e-6 * weight, "{carried} N of {weight} N");
+        let is_stance = |foot| plan.contacts_at(load.time).is_stance(foot);
+        assert!(load.feet.iter().all(|foot| is_stance(foot.foot)), "at {} s", load.time);
+        assert!(load.balance_margin > 0.0 && load.torques.len() == 27);
+    }
+}
