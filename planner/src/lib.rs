@@ -10,6 +10,7 @@ pub mod constraints;
 pub mod foot_placement;
 pub mod geometry;
 pub mod kinematics;
+pub mod methods;
 pub mod motion;
 pub mod pipeline;
 pub mod plan;
@@ -17,5 +18,6 @@ pub mod possibility;
 pub mod preparation;
 pub mod primitives;
 pub mod robot;
+pub mod theory;
 
 pub use pipeline::{Outcome, Planner, PlannerBuilder, PlannerError, Status};

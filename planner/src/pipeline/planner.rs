@@ -20,6 +20,7 @@
 //! | Recovery | the action that follows a failure | 4.4.4 |
 //! | Shortcuts | shorter motions | 4.4.6 |
 //! | Chunks | the chunks of the plan and their digest | |
+//! | Method | a walk by another method, in place of Route to Recovery | 2, 5 |
 //!
 //! A sequence that cannot be completed costs more afterwards, so the next one differs. Where
 //! sequences cost too much or there is none, more footholds are sampled, and stage P finds another
@@ -32,7 +33,7 @@ use surefoot_shared_types::message::PlanChunk;
 
 use crate::base::capacity::ArenaFull;
 use crate::constraints::constraints::Constraints;
-use crate::foot_placement::Scratch;
+use crate::foot_placement::{Scratch, Surfaces};
 use crate::motion::ids::{TransitionId, boundary_of};
 use crate::motion::mode_graph::ModeGraph;
 use crate::pipeline::bottlenecks::Bottleneck;
@@ -41,6 +42,7 @@ use crate::pipeline::connection::ConnectionStage;
 use crate::pipeline::direct_stage::DirectStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
+use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::{Bound, Outcome, Status};
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
@@ -55,6 +57,7 @@ use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::stage::{Event, Stage, WorkCategory};
 use crate::pipeline::stage_table;
+use crate::preparation::Preparation;
 use crate::preparation::planning_context::PlanningContext;
 
 /// Work units between two calls of the condition of [`Planner::step_while`].
@@ -80,6 +83,7 @@ pub(crate) struct Stages {
     pub recovery: RecoveryStage,
     pub shortcuts: ShortcutStage,
     pub chunks: ChunkStage,
+    pub method: MethodStage,
 }
 
 impl Stages {
@@ -106,6 +110,7 @@ impl Stages {
             Stage::Recovery => self.recovery.step(context, search, budget),
             Stage::Shortcuts => self.shortcuts.step(context, search, budget),
             Stage::Chunks => self.chunks.step(context, search, budget),
+            Stage::Method => self.method.step(context, search, budget),
             Stage::Over => Ok(Event::Continue),
         }
     }
@@ -228,6 +233,16 @@ impl Planner {
         &self.context.constraints
     }
 
+    /// The surfaces on which soles can rest.
+    pub fn surfaces(&self) -> &Surfaces {
+        &self.context.surfaces
+    }
+
+    /// The preparation of the robot.
+    pub fn preparation(&self) -> &Preparation {
+        &self.context.preparation
+    }
+
     /// Number of waypoints of the plan, once found.
     pub fn waypoints(&self) -> u64 {
         if self.has_found() { self.stages.chunks.chunks.waypoints() } else { 0 }
@@ -245,7 +260,7 @@ impl Planner {
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 9] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 10] {
         let Self { context, search, stages, .. } = self;
         let nearest_vertices = search.connections.nearest_vertices.capacity() * size_of::<u32>();
         let sequences = stages.sequence.bytes()
@@ -264,6 +279,7 @@ impl Planner {
             ("surfaces", context.surfaces.heap_bytes()),
             ("foot placement", search.footholds.scratch.iter().map(Scratch::heap_bytes).sum()),
             ("shortcuts", stages.shortcuts.bytes()),
+            ("method", stages.method.bytes()),
         ]
     }
 }

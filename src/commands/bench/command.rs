@@ -6,6 +6,7 @@ use crate::commands::bench::footholds::footholds_bench;
 use crate::commands::bench::goals;
 use crate::commands::bench::ipc;
 use crate::commands::bench::lower_bound;
+use crate::commands::bench::methods::{methods_bench, rho_bench, theory_bench};
 use crate::commands::bench::replan::replan_bench;
 use crate::commands::bench::scale::scale_bench;
 use crate::commands::bench::soak::soak_bench;
@@ -31,5 +32,8 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Soak(arguments) => soak_bench::run(arguments),
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
         BenchCommand::Goals(arguments) => goals::run(arguments),
+        BenchCommand::Methods(arguments) => methods_bench::run(arguments),
+        BenchCommand::Rho(arguments) => rho_bench::run(arguments),
+        BenchCommand::Theory(arguments) => theory_bench::run(arguments),
     }
 }

@@ -7,6 +7,7 @@ pub mod ipc;
 pub mod journal;
 pub mod lower_bound;
 pub mod machine;
+pub mod methods;
 pub mod pieces;
 pub mod replan;
 pub mod row;
