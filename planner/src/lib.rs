@@ -18,6 +18,8 @@ pub mod possibility;
 pub mod preparation;
 pub mod primitives;
 pub mod robot;
+pub mod smooth_path;
 pub mod theory;
+pub mod timing;
 
 pub use pipeline::{Outcome, Planner, PlannerBuilder, PlannerError, Status};

@@ -17,6 +17,7 @@ use common::{Case, WALKS, repository, run};
 use surefoot_planner::Outcome;
 use surefoot_planner::pipeline::SearchStats;
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::config::MotionKind;
 
 const GOLDEN: &str = "tests/data/golden_digests.txt";
 /// Searched in every build.
@@ -108,6 +109,19 @@ fn the_number_of_threads_changes_nothing() {
         let alone = plan(&case, 1, STEP);
         for threads in [2, 3, 4] {
             assert_eq!(plan(&case, threads, STEP), alone, "{walk} on {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn a_smooth_plan_is_the_same_on_any_number_of_threads_and_in_any_steps() {
+    for walk in ["stairs_bauzil", "ibeam_hallway"] {
+        let mut case = Case::shipped(walk);
+        case.scenario.execution.motion = MotionKind::Smooth;
+        let alone = plan(&case, 1, STEP);
+        assert_eq!(alone.1.beyond_limits, 0, "{walk}");
+        for (threads, step) in [(1, 7), (2, STEP), (4, 1_000)] {
+            assert_eq!(plan(&case, threads, step), alone, "{walk} on {threads} threads");
         }
     }
 }

@@ -194,7 +194,7 @@ pub struct ControlArguments {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
-    #[arg(long, value_name = "quasi_static", value_parser = motion)]
+    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
     pub motion: Option<MotionKind>,
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
@@ -291,8 +291,7 @@ fn positive(text: &str) -> Result<f64, String> {
 
 fn motion(name: &str) -> Result<MotionKind, String> {
     MotionKind::from_name(name)
-        .filter(|motion| MotionKind::PLANNED.contains(&motion.name()))
-        .ok_or_else(|| format!("one of {} is needed", MotionKind::PLANNED.join(", ")))
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
 }
 
 /// `surefoot monitor`.
@@ -368,7 +367,7 @@ pub struct SearchArguments {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
-    #[arg(long, value_name = "quasi_static", value_parser = motion)]
+    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
     pub motion: Option<MotionKind>,
     /// Planner threads, at most one for each core; the plan does not depend on them
     /// [default: 2, or 1 on one core]

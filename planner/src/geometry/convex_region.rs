@@ -17,6 +17,9 @@ const GRID: f64 = 1e-9;
 /// errors.
 const DEPTH_ROUNDING: f64 = 1e-12;
 
+/// Rounds over all sides in which [`ConvexRegion::nearest_with_margin`] moves a point inward.
+const PROJECTION_ROUNDS: usize = 8;
+
 /// A convex polygon, counter-clockwise, in world x and y (m).
 #[derive(Debug, Clone, Default)]
 pub struct ConvexRegion {
@@ -100,6 +103,18 @@ impl ConvexRegion {
             }
         }
         point + fraction * (self.centroid - point)
+    }
+
+    /// A point at least `depth` (m, not negative) inside, near `point`: it is moved inward from one
+    /// side after the other, and where that does not suffice, toward the centroid.
+    pub fn nearest_with_margin(&self, point: DVec2, depth: f64) -> DVec2 {
+        let mut moved = point;
+        for _ in 0..PROJECTION_ROUNDS {
+            for side in &self.sides {
+                moved += side.normal * (depth - side.depth(moved)).max(0.0);
+            }
+        }
+        self.nearest_inside(moved, depth)
     }
 
     /// The nearest point of the sides that have `point` on their outer side; of all sides if there

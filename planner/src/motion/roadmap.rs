@@ -337,7 +337,7 @@ impl Roadmap {
     }
 
     /// Whether the mode of an edge is double support.
-    fn is_double(&self, edge: ModeEdge) -> bool {
+    pub fn is_double(&self, edge: ModeEdge) -> bool {
         let starts_double = boundary_of(edge.from)
             .is_some_and(|index| self.boundaries[index].support == SupportMode::Double);
         starts_double || boundary_of(edge.to).is_some() || edge.to == ModeGraph::twin(edge.from)

@@ -9,8 +9,11 @@ use crate::motion::roadmap::ModeEdge;
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
+use crate::pipeline::timed_chunks::TimedChunks;
 use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
+use crate::timing::path_point::Path;
+use crate::timing::path_timing::PathTiming;
 
 /// Makes the chunks of a plan and their digest. One unit of work for each motion that is written,
 /// and one for each chunk that is finalized.
@@ -22,16 +25,20 @@ pub(crate) struct ChunkStage {
     next: usize,
     /// Whether all motions are written.
     is_written: bool,
+    /// The timing of a smooth path; none where plans keep the searched motion.
+    timed: Option<TimedChunks>,
     digest: Digest,
 }
 
 impl ChunkStage {
     /// Takes the chunks of a plan, which are none yet or those that retrace.
-    pub fn new(chunks: ChunkBuilder) -> Self {
-        Self { chunks, next: 0, is_written: false, digest: Digest::default() }
+    pub fn new(chunks: ChunkBuilder, timing: Option<PathTiming>) -> Self {
+        let timed = timing.map(TimedChunks::new);
+        Self { chunks, next: 0, is_written: false, timed, digest: Digest::default() }
     }
 
-    /// Writes the next motions and finalizes chunks before them, within `budget` units of work.
+    /// Writes the next motions and finalizes chunks before them, within `budget` units of work. The
+    /// pieces of a smooth `path`, and their chunks, are not divided by the budget.
     ///
     /// # Errors
     /// The waypoint arena is full.
@@ -39,10 +46,17 @@ impl ChunkStage {
         &mut self,
         context: &PlanningContext,
         search: &mut Search,
+        path: Option<Path<'_>>,
         budget: u64,
     ) -> Result<Event, ArenaFull> {
         if self.is_written {
             self.finalize(context, search, budget)
+        } else if let (Some(timed), Some(path)) = (&mut self.timed, path) {
+            let units = timed.advance(path, &mut self.chunks)?;
+            search.stats.work += units.unwrap_or(1);
+            timed.count(&mut search.stats);
+            self.is_written = units.is_none();
+            Ok(Event::Continue)
         } else {
             self.write(context, search, budget)
         }

@@ -31,9 +31,11 @@ mod segmentation;
 mod segmentation_stage;
 mod sequence_stage;
 mod shortcut_stage;
+mod smooth_path_stage;
 mod stage;
 mod stage_table;
 mod step_removal;
+mod timed_chunks;
 mod transition_estimates;
 
 pub use bottlenecks::Bottleneck;

@@ -19,6 +19,7 @@
 //! | Motions | motions within single modes | 4.4.3 |
 //! | Recovery | the action that follows a failure | 4.4.4 |
 //! | Shortcuts | shorter motions | 4.4.6 |
+//! | SmoothPath | the smooth path that is executed | |
 //! | Chunks | the chunks of the plan and their digest | |
 //! | Method | a walk by another method, in place of Route to Recovery | 2, 5 |
 //!
@@ -55,10 +56,12 @@ use crate::pipeline::segment_stage::SegmentStage;
 use crate::pipeline::segmentation_stage::SegmentationStage;
 use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
+use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::{Event, Stage, WorkCategory};
 use crate::pipeline::stage_table;
 use crate::preparation::Preparation;
 use crate::preparation::planning_context::PlanningContext;
+use crate::timing::path_point::{PathPoint, PathSpan};
 
 /// Work units between two calls of the condition of [`Planner::step_while`].
 const WORK_PER_CALL: u64 = 4_096;
@@ -82,6 +85,7 @@ pub(crate) struct Stages {
     pub sequence: SequenceStage,
     pub recovery: RecoveryStage,
     pub shortcuts: ShortcutStage,
+    pub smooth_path: SmoothPathStage,
     pub chunks: ChunkStage,
     pub method: MethodStage,
 }
@@ -109,7 +113,11 @@ impl Stages {
             Stage::Motions => MotionStage.step(context, search, budget),
             Stage::Recovery => self.recovery.step(context, search, budget),
             Stage::Shortcuts => self.shortcuts.step(context, search, budget),
-            Stage::Chunks => self.chunks.step(context, search, budget),
+            Stage::SmoothPath => self.smooth_path.step(context, search, budget),
+            Stage::Chunks => {
+                let path = self.smooth_path.path();
+                self.chunks.step(context, search, path, budget)
+            }
             Stage::Method => self.method.step(context, search, budget),
             Stage::Over => Ok(Event::Continue),
         }
@@ -259,8 +267,15 @@ impl Planner {
         (plan.windows(2).filter(is_swing).count() + retraced) as u64
     }
 
+    /// The smooth path of the plan, once found: its points and its spans. None where the plan keeps
+    /// the searched motion.
+    pub fn smooth_path(&self) -> Option<(&[PathPoint], &[PathSpan])> {
+        let smoother = self.stages.smooth_path.smoother.as_ref().filter(|_| self.has_found())?;
+        Some((smoother.points(), smoother.spans()))
+    }
+
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 10] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 11] {
         let Self { context, search, stages, .. } = self;
         let nearest_vertices = search.connections.nearest_vertices.capacity() * size_of::<u32>();
         let sequences = stages.sequence.bytes()
@@ -279,6 +294,7 @@ impl Planner {
             ("surfaces", context.surfaces.heap_bytes()),
             ("foot placement", search.footholds.scratch.iter().map(Scratch::heap_bytes).sum()),
             ("shortcuts", stages.shortcuts.bytes()),
+            ("smooth path", stages.smooth_path.bytes()),
             ("method", stages.method.bytes()),
         ]
     }

@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState};
@@ -38,6 +39,7 @@ use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::segmentation_stage::SegmentationStage;
 use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
+use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::TimeParameterization;
@@ -46,6 +48,9 @@ use crate::preparation::Preparation;
 use crate::preparation::PreparationError;
 use crate::preparation::planning_context::PlanningContext;
 use crate::robot::mechanism::{Mechanism, MechanismError};
+use crate::timing::limits::TimingLimits;
+use crate::timing::path_timing::PathTiming;
+use crate::timing::timed_robot::TimedRobot;
 
 /// Number of sides of the pyramid that a checker may put inside the friction cone. Vertical forces
 /// must lie in it, too.
@@ -192,7 +197,12 @@ impl<'a> PlannerBuilder<'a> {
             ),
             recovery: RecoveryStage::default(),
             shortcuts: ShortcutStage::new(edges_max),
-            chunks: ChunkStage::new(self.chunks(&context)),
+            smooth_path: SmoothPathStage::new(
+                self.scenario.execution.motion == MotionKind::Smooth,
+                edges_max,
+                config.waypoints_max as usize,
+            ),
+            chunks: ChunkStage::new(self.chunks(&context), self.timing()),
             method,
         };
         let mut planner = Planner { context, search, stages, stage: Stage::Endpoints };
@@ -258,6 +268,15 @@ impl<'a> PlannerBuilder<'a> {
             work_max: config.work_max,
             outcome: None,
         }
+    }
+
+    /// The timing of smooth paths, if plans are smoothed.
+    fn timing(&self) -> Option<PathTiming> {
+        let execution = &self.scenario.execution;
+        let limits = TimingLimits::new(self.model, execution.share, self.world.mu);
+        let points_max = self.scenario.planner.waypoints_max as usize;
+        (execution.motion == MotionKind::Smooth)
+            .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
     }
 
     /// The builder of the plan's chunks.

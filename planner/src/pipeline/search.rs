@@ -154,6 +154,15 @@ pub struct SearchStats {
     pub primitives: u64,
     /// Motions that pi_S could not give although C_S holds; always 0.
     pub primitives_failed: u64,
+    /// How often the robot rests between the first and the last configuration of a smooth path.
+    pub rests: u64,
+    /// Phases of a smooth path that keep the searched motion.
+    pub searched_phases: u64,
+    /// Points of a smooth path at which no contact forces within the limits hold the robot, and
+    /// pieces that are beyond the limits however slow they are.
+    pub beyond_limits: u64,
+    /// Chunks of a smooth path in which the robot cannot stop within the limits.
+    pub without_stop: u64,
     /// Edges of the current guide route.
     pub route_edges: LabelStats,
     /// Edges of the trees of stage P.

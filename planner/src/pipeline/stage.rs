@@ -31,6 +31,8 @@ pub enum Stage {
     Recovery,
     /// Motions are shortened [Grey 4.4.6].
     Shortcuts,
+    /// The smooth path over the plan is made.
+    SmoothPath,
     /// The plan's chunks are written and finalized.
     Chunks,
     /// Another method than the stages from `Route` to `Recovery` searches the walk.
@@ -51,7 +53,7 @@ impl Stage {
             Self::Sequence => Some(WorkCategory::Sequence),
             Self::Configurations => Some(WorkCategory::Configurations),
             Self::Primitives | Self::Motions => Some(WorkCategory::Motions),
-            Self::Shortcuts => Some(WorkCategory::Shortcuts),
+            Self::Shortcuts | Self::SmoothPath => Some(WorkCategory::Shortcuts),
             Self::Chunks => Some(WorkCategory::Chunks),
             Self::Segments | Self::Recovery | Self::Method | Self::Over => None,
         }
@@ -120,7 +122,7 @@ pub enum WorkCategory {
     Configurations,
     /// Finding motions, those of primitives included.
     Motions,
-    /// Shortening motions.
+    /// Shortening and smoothing motions.
     Shortcuts,
     /// Writing and finalizing chunks.
     Chunks,

@@ -20,12 +20,12 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 36] = [
+pub const TRANSITIONS: [Transition; 37] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
     row(Stage::Endpoints, Event::OtherMethod, Stage::Method),
     row(Stage::Method, Event::Complete, Stage::Shortcuts),
-    row(Stage::Method, Event::NoWorkLeft, Stage::Chunks),
+    row(Stage::Method, Event::NoWorkLeft, Stage::SmoothPath),
     row(Stage::Method, Event::Invalid, Stage::Over),
     row(Stage::Route, Event::Near, Stage::DirectSteps),
     row(Stage::DirectSteps, Event::Done, Stage::Segments),
@@ -45,7 +45,7 @@ pub const TRANSITIONS: [Transition; 36] = [
     row(Stage::Segments, Event::NeedsMotions, Stage::Motions),
     row(Stage::Segments, Event::LeaveRoute, Stage::Route),
     row(Stage::Segments, Event::Complete, Stage::Shortcuts),
-    row(Stage::Segments, Event::NoWorkLeft, Stage::Chunks),
+    row(Stage::Segments, Event::NoWorkLeft, Stage::SmoothPath),
     row(Stage::Estimates, Event::Done, Stage::Segments),
     row(Stage::Sequence, Event::Done, Stage::Segments),
     row(Stage::Configurations, Event::Done, Stage::Segments),
@@ -55,7 +55,8 @@ pub const TRANSITIONS: [Transition; 36] = [
     row(Stage::Recovery, Event::Detour, Stage::Route),
     row(Stage::Recovery, Event::LongSteps, Stage::Connections),
     row(Stage::Recovery, Event::Near, Stage::DirectSteps),
-    row(Stage::Shortcuts, Event::Done, Stage::Chunks),
+    row(Stage::Shortcuts, Event::Done, Stage::SmoothPath),
+    row(Stage::SmoothPath, Event::Done, Stage::Chunks),
     row(Stage::Chunks, Event::Found, Stage::Over),
 ];
 

@@ -12,6 +12,8 @@ use crate::base::threads::Threads;
 use crate::constraints::foothold::Foothold;
 use crate::plan::time_parameterization::{TimeParameterization, accumulate};
 use crate::robot::configuration::Configuration;
+use crate::timing::path_point::PathSpan;
+use crate::timing::stops::Stop;
 
 /// Most waypoints of a chunk after its first one.
 const STEPS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
@@ -62,7 +64,18 @@ pub struct ChunkBuilder {
     provenance: Provenance,
     timing: TimeParameterization,
     waypoints: u64,
+    /// The last waypoint of a timed path so far, in the path's time.
+    last_timed: Option<Waypoint>,
     finalized: FinalizedStream,
+}
+
+/// A part of a timed path that becomes one chunk.
+#[derive(Debug, Clone, Copy)]
+pub struct TimedPart<'a> {
+    /// The span that it is part of.
+    pub span: &'a PathSpan,
+    /// How the robot stops in it.
+    pub stop: Stop,
 }
 
 /// State of the stream after the finalized chunks.
@@ -74,6 +87,8 @@ struct FinalizedStream {
     count: usize,
     /// The time at which they end, s.
     time: f64,
+    /// The time at which a timed path begins, once it has begun, s.
+    path_begin: Option<f64>,
     /// Digest of the stream up to their end.
     stream: Digest,
 }
@@ -95,11 +110,13 @@ impl ChunkBuilder {
             provenance,
             timing,
             waypoints: 0,
+            last_timed: None,
             finalized: FinalizedStream {
                 plan_id: 1,
                 epoch: 0,
                 count: 0,
                 time: 0.0,
+                path_begin: None,
                 stream: Digest::default(),
             },
         }
@@ -177,6 +194,43 @@ impl ChunkBuilder {
         Ok(finalized_max)
     }
 
+    /// Appends a part of a timed path, whose waypoints carry the path's time. Its first waypoint is
+    /// replaced by the last one of the part before.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn append_timed(
+        &mut self,
+        part: TimedPart<'_>,
+        waypoints: impl ExactSizeIterator<Item = Waypoint>,
+    ) -> Result<(), ArenaFull> {
+        let at = self.written;
+        self.reserve(waypoints.len() - 1, 1)?;
+        let chunk = &mut self.chunks[at];
+        let contacts = part.span.contacts.iter().copied();
+        write_header(chunk, &self.provenance, part.span.support as u32, contacts);
+        chunk.interpolation = Interpolation::Quintic as u64;
+        chunk.brake_at = part.stop.brake_at;
+        chunk.brake_duration = part.stop.brake_duration;
+        chunk.resume_duration = part.stop.resume_duration;
+        write_waypoints(chunk, waypoints);
+        if let Some(last) = self.last_timed {
+            chunk.waypoints[0] = last;
+        }
+        self.last_timed = chunk.waypoints().last().copied();
+        Ok(())
+    }
+
+    /// Finalizes the chunks before the last one, at most `finalized_max`. Returns their number.
+    pub fn finalize(&mut self, finalized_max: usize) -> usize {
+        let count = finalized_max.min(self.unfinalized().saturating_sub(1));
+        let first = self.finalized.count;
+        for chunk in &mut self.chunks[first..first + count] {
+            self.finalized.finalize(chunk);
+        }
+        count
+    }
+
     /// Finalizes the last chunk of a complete plan. Returns the digest of the plan.
     pub fn finalize_last(&mut self) -> Digest {
         if let Some(last) = self.chunks[self.finalized.count..self.written].last_mut() {
@@ -204,11 +258,18 @@ impl ChunkBuilder {
 }
 
 impl FinalizedStream {
-    /// Completes a chunk and its digest. It ends at rest.
+    /// Completes a chunk and its digest. A chunk without a timed path ends at rest.
     fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
-        self.time = accumulate(&mut chunk.waypoints[..used], self.time);
-        chunk.brake_at = self.time;
+        if chunk.interpolation == Interpolation::Quintic as u64 {
+            let begin = *self.path_begin.get_or_insert(self.time);
+            chunk.waypoints[..used].iter_mut().for_each(|waypoint| waypoint.time += begin);
+            chunk.brake_at += begin;
+            self.time = chunk.waypoints[used - 1].time;
+        } else {
+            self.time = accumulate(&mut chunk.waypoints[..used], self.time);
+            chunk.brake_at = self.time;
+        }
         (chunk.plan_id, chunk.epoch, chunk.sequence) =
             (self.plan_id, self.epoch, self.count as u64);
         chunk.flags |= if self.count == 0 { FLAG_FIRST } else { 0 };
@@ -251,21 +312,35 @@ fn write(
     contacts: impl Iterator<Item = Contact>,
     waypoints: impl Iterator<Item = Waypoint>,
 ) {
+    write_header(chunk, provenance, mode, contacts);
+    chunk.interpolation = Interpolation::Linear as u64;
+    write_waypoints(chunk, waypoints);
+    let used = chunk.waypoints_len as usize;
+    timing.set_intervals(&mut chunk.waypoints[..used]);
+}
+
+/// Writes what a zeroed chunk names beside its waypoints.
+fn write_header(
+    chunk: &mut PlanChunk,
+    provenance: &Provenance,
+    mode: u32,
+    contacts: impl Iterator<Item = Contact>,
+) {
     (chunk.schema, chunk.mode, chunk.joints_len) =
         (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
-    chunk.interpolation = Interpolation::Linear as u64;
     (chunk.robot, chunk.world, chunk.config) =
         (provenance.robot, provenance.world, provenance.config);
     for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
         *slot = contact;
         chunk.contacts_len += 1;
     }
+}
+
+fn write_waypoints(chunk: &mut PlanChunk, waypoints: impl Iterator<Item = Waypoint>) {
     for (slot, waypoint) in chunk.waypoints.iter_mut().zip(waypoints) {
         *slot = waypoint;
         chunk.waypoints_len += 1;
     }
-    let used = chunk.waypoints_len as usize;
-    timing.set_intervals(&mut chunk.waypoints[..used]);
 }
 
 /// The waypoint of a configuration. Its time is set when the chunk is finalized.
@@ -274,7 +349,7 @@ fn waypoint(configuration: &Configuration) -> Waypoint {
 }
 
 /// The contact of a foothold.
-fn contact_of(foothold: &Foothold) -> Contact {
+pub(crate) fn contact_of(foothold: &Foothold) -> Contact {
     let mut contact: Contact = bytemuck::Zeroable::zeroed();
     contact.limb = foothold.limb as u32;
     contact.polygon_len = foothold.support.len() as u32;

@@ -98,9 +98,14 @@ fn check_either_phase<T>(
 
 /// The mode of a chunk; `None` where its contacts are not those of its mode.
 pub fn mode_of(chunk: &PlanChunk) -> Option<Mode> {
-    let footholds: heapless::Vec<Foothold, 2> = chunk.contacts().iter().map(foothold_of).collect();
+    mode_of_contacts(SupportMode::from_wire(chunk.mode)?, chunk.contacts())
+}
+
+/// The mode of a support mode with these contacts; `None` where a foot has none.
+pub fn mode_of_contacts(support: SupportMode, contacts: &[Contact]) -> Option<Mode> {
+    let footholds: heapless::Vec<Foothold, 2> = contacts.iter().map(foothold_of).collect();
     let foot = |limb: usize| footholds.iter().find(|foothold| foothold.limb == limb);
-    match SupportMode::from_wire(chunk.mode)? {
+    match support {
         SupportMode::Left => foot(0).map(single_mode),
         SupportMode::Right => foot(1).map(single_mode),
         SupportMode::Double => Some(double_mode(foot(0)?, foot(1)?)),

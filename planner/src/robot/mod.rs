@@ -7,6 +7,7 @@ pub mod constrained_projection;
 pub mod crouch;
 pub(crate) mod free_joints;
 pub mod gravity_torques;
+pub mod inverse_dynamics;
 pub mod kinematic_state;
 pub mod mass_tree;
 pub mod mechanism;

@@ -7,15 +7,13 @@ pub enum MotionKind {
     /// In straight lines at slow speeds, with a rest at the end of every chunk.
     #[default]
     QuasiStatic,
-    /// With continuous accelerations, as fast as the limits allow.
+    /// With continuous accelerations, as fast as the limits allow; a chunk may end in motion.
     Smooth,
 }
 
 impl MotionKind {
     /// The names of all motions.
     pub const NAMES: [&'static str; 2] = ["quasi_static", "smooth"];
-    /// The names of the motions that the planner makes.
-    pub const PLANNED: [&'static str; 1] = ["quasi_static"];
 
     /// Its name in scenarios and reports.
     pub fn name(self) -> &'static str {

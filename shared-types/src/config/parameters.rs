@@ -279,10 +279,10 @@ pub static PARAMETERS: [Parameter; 28] = [
         name: "execution.motion",
         unit: "",
         effect: "How the plan moves: `quasi_static` in straight lines at slow speeds, with a rest \
-            at the end of every chunk.",
-        range: Range::Names(&MotionKind::PLANNED),
+            at the end of every chunk; `smooth` along splines, as fast as the limits allow.",
+        range: Range::Names(&MotionKind::NAMES),
         relation: "",
-        source: "the only motion that the planner makes",
+        source: "decisions 0020 and 0021",
         value: |_, _, execution| Value::Name(execution.motion.name()),
     },
     Parameter {

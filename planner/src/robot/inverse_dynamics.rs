@@ -1,0 +1,264 @@
+//! Inverse dynamics of the free-floating robot by the recursive Newton-Euler algorithm
+//! [Featherstone 2008, 5.3], in world axes.
+//!
+//! The wrench on the root is what all contacts together must exert; the torques are those without
+//! contacts. A contact's part of a torque is [`LinkFrames::torque_of_wrench`].
+
+use glam::{DAffine3, DMat3, DVec3};
+use heapless::Vec as BoundedVec;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::robot::model::{JointKind, RobotModel};
+
+use crate::kinematics::tree::{KinematicTree, NODES_MAX, affine};
+
+/// Number of coordinates of a velocity: root linear, root angular (both along world axes), joints.
+pub const VELOCITY_MAX: usize = 6 + JOINTS_MAX;
+
+/// The robot's bodies, compiled once.
+#[derive(Debug, Clone)]
+pub struct InverseDynamics {
+    tree: KinematicTree,
+    bodies: Vec<DynamicNode>,
+}
+
+/// A node of the kinematic tree with its inertia.
+#[derive(Debug, Clone)]
+struct DynamicNode {
+    parent: usize,
+    joint: Option<NodeJoint>,
+    mass: f64,
+    /// Centre of mass in the node's frame, m.
+    com: DVec3,
+    /// Rotational inertia about the centre of mass in the node's axes, kg m2.
+    inertia: DMat3,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct NodeJoint {
+    /// Index into `q`.
+    index: usize,
+    kind: JointKind,
+    /// Unit axis in the node's frame.
+    axis: DVec3,
+}
+
+/// World frames of all bodies at one configuration.
+#[derive(Debug, Clone, Default)]
+pub struct LinkFrames {
+    frames: BoundedVec<DAffine3, NODES_MAX>,
+    /// By joint: axis in the world, origin in the world (m), kind.
+    joints: BoundedVec<(DVec3, DVec3, JointKind), JOINTS_MAX>,
+}
+
+/// Linear acceleration with gravity, angular velocity and angular acceleration of a body.
+#[derive(Debug, Clone, Copy, Default)]
+struct NodeMotion {
+    linear: DVec3,
+    velocity: DVec3,
+    angular: DVec3,
+}
+
+/// The wrench on the root and the joints' torques of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeneralizedForce {
+    /// Force on the robot, N.
+    pub force: DVec3,
+    /// Moment about the root's origin, N m.
+    pub moment: DVec3,
+    /// Torques (N m) or forces (N) in joint order.
+    pub torques: [f64; JOINTS_MAX],
+}
+
+impl Default for GeneralizedForce {
+    /// No effort.
+    fn default() -> Self {
+        Self { force: DVec3::ZERO, moment: DVec3::ZERO, torques: [0.0; JOINTS_MAX] }
+    }
+}
+
+impl LinkFrames {
+    /// Frame of a node of the kinematic tree.
+    pub fn world_from_node(&self, node: usize) -> &DAffine3 {
+        &self.frames[node]
+    }
+
+    /// The torque (N m) or force (N) that a joint must give less if a wrench with this force (N)
+    /// and this moment (N m) about `point` (world, m) acts on a body beyond it.
+    pub fn torque_of_wrench(&self, joint: usize, force: DVec3, moment: DVec3, point: DVec3) -> f64 {
+        let (axis, origin, kind) = &self.joints[joint];
+        match kind {
+            JointKind::Revolute => axis.dot(moment + (point - origin).cross(force)),
+            JointKind::Prismatic => axis.dot(force),
+        }
+    }
+
+    /// The velocity of a point (world, m) that is fixed to the body beyond all of `chain`, for the
+    /// velocities `v` of root and joints, m/s.
+    pub fn point_velocity(&self, chain: &[usize], point: DVec3, v: &[f64; VELOCITY_MAX]) -> DVec3 {
+        let arm = point - self.frames[0].translation;
+        let mut velocity = DVec3::from_slice(v) + DVec3::from_slice(&v[3..]).cross(arm);
+        for &index in chain {
+            let (axis, origin, kind) = &self.joints[index];
+            velocity += v[6 + index]
+                * match kind {
+                    JointKind::Revolute => axis.cross(point - origin),
+                    JointKind::Prismatic => *axis,
+                };
+        }
+        velocity
+    }
+}
+
+impl InverseDynamics {
+    /// Compiles a robot.
+    pub fn new(model: &RobotModel) -> Self {
+        let tree = KinematicTree::new(model);
+        let body = |(index, node): (usize, &crate::kinematics::tree::KinematicNode)| DynamicNode {
+            parent: node.parent,
+            joint: node.joint.map(|joint| NodeJoint {
+                index: joint,
+                kind: model.joints[joint].kind,
+                axis: model.joints[joint].axis,
+            }),
+            mass: node.mass,
+            com: node.com,
+            inertia: node_inertia(model, &tree, index, node.com),
+        };
+        let bodies = tree.nodes().iter().enumerate().map(body).collect();
+        Self { bodies, tree }
+    }
+
+    /// The kinematic tree, whose nodes are the bodies.
+    pub fn tree(&self) -> &KinematicTree {
+        &self.tree
+    }
+
+    /// Total mass, kg.
+    pub fn mass(&self) -> f64 {
+        self.bodies.iter().map(|body| body.mass).sum()
+    }
+
+    /// Writes the frames of a configuration.
+    pub fn place(&self, root: &Pose, q: &[f64; JOINTS_MAX], frames: &mut LinkFrames) {
+        let _fits = frames.frames.resize(self.bodies.len(), DAffine3::IDENTITY);
+        let unused = (DVec3::ZERO, DVec3::ZERO, JointKind::Revolute);
+        let _fits = frames.joints.resize(JOINTS_MAX, unused);
+        self.tree.place(0..self.bodies.len(), q, &mut frames.frames);
+        let world_from_root = affine(root);
+        for (body, frame) in self.bodies.iter().zip(&mut frames.frames) {
+            *frame = world_from_root * *frame;
+            if let Some(joint) = &body.joint {
+                frames.joints[joint.index] =
+                    (frame.matrix3 * joint.axis, frame.translation, joint.kind);
+            }
+        }
+    }
+
+    /// Wrench and torques of a motion: velocities `v` and accelerations `a` of root (along world
+    /// axes) and joints, and `gravity` (m/s2, downward).
+    pub fn effort(
+        &self,
+        frames: &LinkFrames,
+        v: &[f64; VELOCITY_MAX],
+        a: &[f64; VELOCITY_MAX],
+        gravity: f64,
+    ) -> GeneralizedForce {
+        let mut forces = [(DVec3::ZERO, DVec3::ZERO); NODES_MAX];
+        self.forward(frames, v, a, gravity, &mut forces);
+        let mut torques = [0.0; JOINTS_MAX];
+        for index in (1..self.bodies.len()).rev() {
+            let body = &self.bodies[index];
+            let (force, moment) = forces[index];
+            if let Some(joint) = &body.joint {
+                let (axis, ..) = frames.joints[joint.index];
+                torques[joint.index] = match joint.kind {
+                    JointKind::Revolute => axis.dot(moment),
+                    JointKind::Prismatic => axis.dot(force),
+                };
+            }
+            let arm = frames.frames[index].translation - frames.frames[body.parent].translation;
+            let parent = &mut forces[body.parent];
+            parent.0 += force;
+            parent.1 += moment + arm.cross(force);
+        }
+        GeneralizedForce { force: forces[0].0, moment: forces[0].1, torques }
+    }
+
+    /// Force on every body, and moment about its origin.
+    fn forward(
+        &self,
+        frames: &LinkFrames,
+        v: &[f64; VELOCITY_MAX],
+        a: &[f64; VELOCITY_MAX],
+        gravity: f64,
+        forces: &mut [(DVec3, DVec3); NODES_MAX],
+    ) {
+        let mut motions = [NodeMotion::default(); NODES_MAX];
+        motions[0] = NodeMotion {
+            linear: DVec3::from_slice(a) + DVec3::Z * gravity,
+            velocity: DVec3::from_slice(&v[3..]),
+            angular: DVec3::from_slice(&a[3..]),
+        };
+        for (index, body) in self.bodies.iter().enumerate() {
+            let frame = &frames.frames[index];
+            if let Some(joint) = &body.joint {
+                let arm = frame.translation - frames.frames[body.parent].translation;
+                let (axis, ..) = frames.joints[joint.index];
+                let rates = (v[6 + joint.index], a[6 + joint.index]);
+                motions[index] = motions[body.parent].beyond(joint.kind, axis, arm, rates);
+            }
+            forces[index] = body.force(frame, &motions[index]);
+        }
+    }
+}
+
+impl NodeMotion {
+    /// The motion of the body beyond a joint, `arm` (m) from this body's origin, at these joint
+    /// velocity and acceleration.
+    fn beyond(&self, kind: JointKind, axis: DVec3, arm: DVec3, (dq, ddq): (f64, f64)) -> Self {
+        let spin = self.velocity.cross(self.velocity.cross(arm));
+        let linear = self.linear + self.angular.cross(arm) + spin;
+        match kind {
+            JointKind::Revolute => Self {
+                linear,
+                velocity: self.velocity + axis * dq,
+                angular: self.angular + axis * ddq + self.velocity.cross(axis * dq),
+            },
+            JointKind::Prismatic => {
+                Self { linear: linear + axis * ddq + 2.0 * self.velocity.cross(axis * dq), ..*self }
+            }
+        }
+    }
+}
+
+impl DynamicNode {
+    /// Force on the body, and moment about its origin.
+    fn force(&self, frame: &DAffine3, motion: &NodeMotion) -> (DVec3, DVec3) {
+        let com = frame.matrix3 * self.com;
+        let spin = motion.velocity.cross(motion.velocity.cross(com));
+        let force = (motion.linear + motion.angular.cross(com) + spin) * self.mass;
+        let turned =
+            |vector: DVec3| frame.matrix3 * (self.inertia * (frame.matrix3.transpose() * vector));
+        let moment = turned(motion.angular)
+            + motion.velocity.cross(turned(motion.velocity))
+            + com.cross(force);
+        (force, moment)
+    }
+}
+
+/// Rotational inertia of all links of a node about the node's centre of mass.
+fn node_inertia(model: &RobotModel, tree: &KinematicTree, node: usize, com: DVec3) -> DMat3 {
+    let mut inertia = DMat3::ZERO;
+    for (index, link) in model.links.iter().enumerate() {
+        let (of, node_from_link) = tree.of_link(index);
+        if of == node {
+            let rotation = DMat3::from_quat(node_from_link.rotation);
+            let offset = node_from_link * link.com - com;
+            let outer = DMat3::from_cols(offset * offset.x, offset * offset.y, offset * offset.z);
+            let steiner = DMat3::from_diagonal(DVec3::splat(offset.length_squared())) - outer;
+            inertia += rotation * link.inertia * rotation.transpose() + steiner * link.mass;
+        }
+    }
+    inertia
+}

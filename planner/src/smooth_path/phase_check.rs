@@ -1,0 +1,95 @@
+//! Checks a phase: every configuration and the motions between them satisfy the constraints.
+
+use crate::collision::model::FootPhase;
+use crate::constraints::mode::Mode;
+use crate::constraints::rejection::Rejection;
+use crate::robot::kinematic_state::KinematicState;
+use crate::smooth_path::key_table::KeySource;
+use crate::smooth_path::layout::swing_of;
+use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
+use crate::smooth_path::phase_points::PhasePoints;
+use crate::smooth_path::track::Track;
+use crate::smooth_path::tuning::LIFT_OFF_DISTANCE_MAX;
+
+/// Checks one phase after the other, one configuration for each unit of work.
+#[derive(Debug)]
+pub(crate) struct PhaseCheck {
+    points: PhasePoints,
+    scratch: KinematicState,
+}
+
+impl PhaseCheck {
+    /// Reserves memory.
+    pub fn new() -> Self {
+        Self { points: PhasePoints::new(), scratch: KinematicState::default() }
+    }
+
+    /// Begins a phase.
+    pub fn begin(&mut self, grid: PhaseGrid, rests: [bool; 2]) {
+        self.points.begin(grid, rests);
+    }
+
+    /// Makes and checks the next configuration. Returns whether the phase is complete.
+    ///
+    /// # Errors
+    /// The constraint that is violated.
+    pub fn advance(&mut self, source: &KeySource<'_>, track: Track<'_>) -> Result<bool, Rejection> {
+        self.points.advance(source, track)?;
+        let index = self.points.configurations.len() - 1;
+        if (BEYOND..=BEYOND + self.points.grid.intervals).contains(&index) {
+            self.check(source, track, index)?;
+        }
+        Ok(self.points.is_complete())
+    }
+
+    /// Checks the configuration of an index, and the motion to it from the one before.
+    fn check(
+        &mut self,
+        source: &KeySource<'_>,
+        track: Track<'_>,
+        index: usize,
+    ) -> Result<(), Rejection> {
+        let Self { points, scratch } = self;
+        let edge = source.plan.edge(source.layout.edges(points.grid.phase).start);
+        let mode = source.plan.roadmap.mode(edge);
+        let constraints = source.constraints;
+        let [here, before] = [points.current, 1 - points.current];
+        let feet = |at: usize| feet(source, track, &points.grid, &mode, at);
+        constraints.check(&mode, &points.kinematic_states[here], feet(index))?;
+        if index == BEYOND {
+            return Ok(());
+        }
+        // The foot keeps no clearance below its sole if it keeps none at one end.
+        let either = [feet(index), feet(index - 1)];
+        let between = if either[0] == either[1] { either[0] } else { lift_off(&mode) };
+        let bound = constraints
+            .collision
+            .motion_bound(&points.kinematic_states[before], &points.kinematic_states[here]);
+        let ends = [&points.configurations[index - 1], &points.configurations[index]];
+        constraints.check_between(&mode, ends, bound, between, scratch)?;
+        Ok(())
+    }
+}
+
+/// The phases of the feet in a mode whose swing foot lifts off or lands.
+fn lift_off(mode: &Mode) -> [FootPhase; 2] {
+    [0, 1].map(|limb| if mode.is_stance(limb) { FootPhase::Stance } else { FootPhase::LiftOff })
+}
+
+/// The phases of the feet at a configuration.
+fn feet(
+    source: &KeySource<'_>,
+    track: Track<'_>,
+    grid: &PhaseGrid,
+    mode: &Mode,
+    index: usize,
+) -> [FootPhase; 2] {
+    if swing_of(grid.phase).is_none() {
+        return [FootPhase::Stance; 2];
+    }
+    let aside = track.distance_aside(source, grid, grid.place(index));
+    if aside <= LIFT_OFF_DISTANCE_MAX {
+        return lift_off(mode);
+    }
+    [0, 1].map(|limb| if mode.is_stance(limb) { FootPhase::Stance } else { FootPhase::Swing })
+}

@@ -1,0 +1,85 @@
+//! The limits of a motion: joint speeds, accelerations and efforts, friction, and how far the
+//! centre of pressure stays inside a sole.
+
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
+
+use crate::timing::tuning::{COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGIN};
+
+/// Limits of a robot's joints in a timed plan. Unused joints have infinite limits.
+#[derive(Debug, Clone)]
+pub struct TimingLimits {
+    /// Largest speeds, rad/s or m/s.
+    pub speeds: [f64; JOINTS_MAX],
+    /// Largest accelerations, rad/s2 or m/s2; infinite where neither the robot file nor the URDF
+    /// states one.
+    pub accelerations: [f64; JOINTS_MAX],
+    /// Largest torques (N m) or forces (N).
+    pub efforts: [f64; JOINTS_MAX],
+    /// Largest torques (N m) or forces (N) where a configuration needs more than `efforts` at rest.
+    pub full_efforts: [f64; JOINTS_MAX],
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+impl TimingLimits {
+    /// The limits of a robot of which `share` (0 to 1) may be used, on a world's friction.
+    pub fn new(model: &RobotModel, share: f64, friction: f64) -> Self {
+        let limits = |limit: fn(&Joint) -> f64, share: f64| {
+            let mut limits = [f64::INFINITY; JOINTS_MAX];
+            let stated = model.joints.iter().map(|joint| share * limit(joint));
+            limits.iter_mut().zip(stated).for_each(|(slot, limit)| *slot = limit);
+            limits
+        };
+        let acceleration = |joint: &Joint| {
+            if joint.acceleration == ACCELERATION_DEFAULT {
+                f64::INFINITY
+            } else {
+                joint.acceleration
+            }
+        };
+        Self {
+            speeds: limits(|joint| joint.velocity, share),
+            accelerations: limits(acceleration, share),
+            efforts: limits(|joint| joint.effort, share),
+            full_efforts: limits(|joint| joint.effort, 1.0),
+            friction,
+        }
+    }
+}
+
+/// How much of the limits of contacts and efforts a point of the path leaves. A configuration that
+/// cannot stand within the first level is timed within the first one in which it can.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// The centre of pressure 1 cm and 12 % of the sole's width inside.
+    Full,
+    /// The centre of pressure 1 cm inside.
+    NarrowSole,
+    /// The centre of pressure 4 mm inside, and the whole effort of every joint.
+    Bare,
+    /// No contact forces within the limits are known: the robot passes slowly.
+    Unsupported,
+}
+
+impl Level {
+    /// The levels at which contact forces are known, the strictest first.
+    pub const ALL: [Self; 3] = [Self::Full, Self::NarrowSole, Self::Bare];
+
+    /// Least distance (m) of the centre of pressure from the edge of a sole of this width (m).
+    pub fn cop_margin(self, width: f64) -> f64 {
+        match self {
+            Self::Full => COP_MARGIN_MIN.max(COP_WIDTH_SHARE * width),
+            Self::NarrowSole => COP_MARGIN_MIN,
+            Self::Bare | Self::Unsupported => RELAXED_COP_MARGIN,
+        }
+    }
+
+    /// Largest efforts.
+    pub fn efforts(self, limits: &TimingLimits) -> &[f64; JOINTS_MAX] {
+        match self {
+            Self::Full | Self::NarrowSole => &limits.efforts,
+            Self::Bare | Self::Unsupported => &limits.full_efforts,
+        }
+    }
+}

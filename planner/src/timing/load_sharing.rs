@@ -1,0 +1,112 @@
+//! How two feet share the load, for the feed-forward torques of double support.
+//!
+//! The second foot bears the share `l` of the force; both centres of pressure have the same offset
+//! from the centres of their soles, which is that of the whole pressure from the point at `l`
+//! between them. For equal parallel soles that reaches every wrench of both. `l` follows a schedule
+//! so that a foot lands and leaves without load, within the shares for which both centres of
+//! pressure stay inside. All of it is continuous in time.
+
+use glam::{DVec2, DVec3};
+use heapless::Vec as BoundedVec;
+
+use crate::timing::path_point::PathSpan;
+use crate::timing::support::{FootSupport, Support, sides};
+
+/// Share of the load on the second foot at both ends of a double support; `None` where the robot
+/// stands before or after on both feet.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LoadSchedule {
+    /// At its beginning.
+    pub start: Option<f64>,
+    /// At its end.
+    pub end: Option<f64>,
+}
+
+/// Force (N) and moment about its centre (N m) of a contact.
+pub type FootWrench = (DVec3, DVec3);
+
+/// Part of a double support over which the load moves away from the schedule's ends.
+const HANDOVER: f64 = 0.3;
+
+impl LoadSchedule {
+    /// How a double support takes over the load: none on a foot that has just landed or will lift
+    /// off.
+    pub fn beside(spans: &[PathSpan], span: usize) -> Self {
+        let share_beside = |span: Option<&PathSpan>| {
+            let single = span.filter(|span| span.contacts.len() == 1)?;
+            Some(f64::from(single.contacts[0].limb))
+        };
+        Self {
+            start: share_beside(span.checked_sub(1).and_then(|before| spans.get(before))),
+            end: share_beside(spans.get(span + 1)),
+        }
+    }
+
+    /// The scheduled share at `progress` (0 to 1), where `free` is the share that balances best.
+    fn share(&self, progress: f64, free: f64) -> f64 {
+        let towards = |end: Option<f64>, distance: f64| match end {
+            Some(end) => (end - free) * (1.0 - smooth(distance / HANDOVER)),
+            None => 0.0,
+        };
+        free + towards(self.start, progress) + towards(self.end, 1.0 - progress)
+    }
+}
+
+/// The wrench of each foot. `force` and `moment` about the world's origin are those of all.
+pub fn share_load(
+    support: &Support,
+    (force, moment): (DVec3, DVec3),
+    schedule: &LoadSchedule,
+    progress: f64,
+) -> BoundedVec<FootWrench, 2> {
+    let about = |point: DVec3| moment - point.cross(force);
+    let [first, second] = support.feet.as_slice() else {
+        return support.feet.iter().map(|foot| (force, about(foot.center))).collect();
+    };
+    let moments = [about(first.center), about(second.center)];
+    let range = [first, second].map(|foot| shares_within(foot, force, moments));
+    let (low, high) = (range[0].0.max(range[1].0), range[0].1.min(range[1].1));
+    let free = balanced_share(first, force, moments);
+    let wanted = schedule.share(progress, free);
+    let share = if low <= high { wanted.clamp(low, high) } else { free };
+    let moment = moments[0] * (1.0 - share) + moments[1] * share;
+    [1.0 - share, share].into_iter().map(|part| (force * part, moment * part)).collect()
+}
+
+/// The offset of the centre of pressure in the axes of a sole, m.
+fn pressure_offset(foot: &FootSupport, force: DVec3, moment: DVec3) -> DVec2 {
+    let axes = foot.axes.transpose();
+    let (force, moment) = (axes * force, axes * moment);
+    DVec2::new(-moment.y, moment.x) / force.z.max(1e-9)
+}
+
+/// The share for which the offset is least, 0 to 1.
+fn balanced_share(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> f64 {
+    let [a, b] = moments.map(|moment| pressure_offset(foot, force, moment));
+    let along = b - a;
+    let length_squared = along.length_squared();
+    if length_squared < 1e-12 { 0.5 } else { (-a.dot(along) / length_squared).clamp(0.0, 1.0) }
+}
+
+/// The least and the largest share for which the offset is within a sole.
+fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64, f64) {
+    let [a, b] = moments.map(|moment| pressure_offset(foot, force, moment));
+    let (mut low, mut high) = (0.0_f64, 1.0_f64);
+    for (normal, offset) in sides(&foot.polygon) {
+        let (depth, slope) = (offset - normal.dot(a), normal.dot(b - a));
+        if slope > 1e-12 {
+            high = high.min(depth / slope);
+        } else if slope < -1e-12 {
+            low = low.max(depth / slope);
+        } else if depth < 0.0 {
+            high = f64::NEG_INFINITY;
+        }
+    }
+    (low, high)
+}
+
+/// A smooth step from 0 to 1.
+fn smooth(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * t * (10.0 - t * (15.0 - 6.0 * t))
+}

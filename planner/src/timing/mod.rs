@@ -1,0 +1,19 @@
+//! Time-optimal timing of a smooth path within the limits of joints and contacts.
+
+pub mod contact_rates;
+pub mod limits;
+pub mod linear_program;
+pub mod load_sharing;
+pub mod path_dynamics;
+pub mod path_point;
+pub mod path_timing;
+pub mod profile;
+mod profile_check;
+pub mod rate_set;
+pub mod slow_downs;
+pub mod stops;
+pub mod support;
+pub mod time_law;
+pub mod timed_path;
+pub mod timed_robot;
+mod tuning;

@@ -1,0 +1,132 @@
+//! The dynamics at a point of a path: the wrench of all contacts and the joints' torques are
+//! `a u + b x + g`, linear in the path's acceleration `u` and its squared speed `x`.
+
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+
+use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
+use crate::timing::limits::{Level, TimingLimits};
+use crate::timing::rate_set::RateSet;
+use crate::timing::support::Support;
+use crate::timing::tuning::{LIMITS_PART, RATE_CHANGE_MAX, RATE_MAX};
+
+/// A configuration with its derivatives by the path's parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct PathState<'a> {
+    /// Pose of the root in the world.
+    pub root: &'a Pose,
+    /// Joint positions.
+    pub q: &'a [f64; JOINTS_MAX],
+    /// First derivatives.
+    pub first: &'a [f64; VELOCITY_MAX],
+    /// Second derivatives.
+    pub second: &'a [f64; VELOCITY_MAX],
+}
+
+/// The dynamics at a point of a path.
+#[derive(Debug, Clone)]
+pub struct PathDynamics {
+    /// Frames of the bodies.
+    pub frames: LinkFrames,
+    /// Part of the effort by unit of `u`.
+    pub by_acceleration: GeneralizedForce,
+    /// Part of the effort by unit of `x`.
+    pub by_speed: GeneralizedForce,
+    /// The effort at rest.
+    pub standing: GeneralizedForce,
+    /// Origin of the root, about which moments are taken, m.
+    pub origin: DVec3,
+}
+
+/// An affine function of `u` and `x`: their factors and the constant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Affine {
+    /// Factor of `x`, factor of `u`.
+    pub slope: DVec2,
+    /// Value at rest.
+    pub constant: f64,
+}
+
+impl Affine {
+    /// Its value.
+    pub fn at(&self, rate: DVec2) -> f64 {
+        self.slope.dot(rate) + self.constant
+    }
+}
+
+impl PathDynamics {
+    /// The dynamics of a robot at a point of a path.
+    pub fn new(robot: &InverseDynamics, state: &PathState<'_>, gravity: f64) -> Self {
+        const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
+        let mut frames = LinkFrames::default();
+        robot.place(state.root, state.q, &mut frames);
+        Self {
+            by_acceleration: robot.effort(&frames, &REST, state.first, 0.0),
+            by_speed: robot.effort(&frames, state.first, state.second, 0.0),
+            standing: robot.effort(&frames, &REST, &REST, gravity),
+            origin: state.root.translation,
+            frames,
+        }
+    }
+
+    /// A coordinate of the wrench about `point`: force x, y, z, then moment x, y, z.
+    pub fn wrench(&self, coordinate: usize, point: DVec3) -> Affine {
+        let of = |effort: &GeneralizedForce| {
+            let moment = effort.moment + (self.origin - point).cross(effort.force);
+            if coordinate < 3 { effort.force[coordinate] } else { moment[coordinate - 3] }
+        };
+        self.affine(of)
+    }
+
+    /// A joint's torque without contacts.
+    pub fn torque(&self, joint: usize) -> Affine {
+        self.affine(|effort| effort.torques[joint])
+    }
+
+    /// The torque of a joint beyond which the only contact is.
+    pub fn torque_under_load(&self, joint: usize) -> Affine {
+        self.affine(|effort| {
+            let load = (effort.force, effort.moment);
+            effort.torques[joint] - self.frames.torque_of_wrench(joint, load.0, load.1, self.origin)
+        })
+    }
+
+    fn affine(&self, of: impl Fn(&GeneralizedForce) -> f64) -> Affine {
+        let slope = DVec2::new(of(&self.by_speed), of(&self.by_acceleration));
+        Affine { slope, constant: of(&self.standing) }
+    }
+}
+
+/// The rates within the limits of each joint by itself: speeds, accelerations, and the torques that
+/// do not depend on how the contacts share the load. `chains` are the joints between the root and
+/// each foot.
+pub(crate) fn joint_rates(
+    dynamics: &PathDynamics,
+    state: &PathState<'_>,
+    (support, chains): (&Support, &[heapless::Vec<usize, JOINTS_MAX>; 2]),
+    (limits, level): (&TimingLimits, Level),
+    joints_len: usize,
+) -> RateSet {
+    let mut rates = RateSet::within(RATE_MAX * RATE_MAX, RATE_CHANGE_MAX);
+    let efforts = level.efforts(limits);
+    for (joint, effort) in efforts.iter().enumerate().take(joints_len) {
+        let (first, second) = (state.first[6 + joint], state.second[6 + joint]);
+        let speed = LIMITS_PART * limits.speeds[joint];
+        rates.clip(DVec2::X, (speed / first.abs().max(1e-9)).powi(2));
+        let acceleration = LIMITS_PART * limits.accelerations[joint];
+        if acceleration.is_finite() {
+            rates.clip(DVec2::new(second, first), acceleration);
+            rates.clip(-DVec2::new(second, first), acceleration);
+        }
+        let torque = match support.feet.as_slice() {
+            [foot] if chains[foot.limb].contains(&joint) => dynamics.torque_under_load(joint),
+            feet if feet.iter().any(|foot| chains[foot.limb].contains(&joint)) => continue,
+            _ => dynamics.torque(joint),
+        };
+        let limit = LIMITS_PART * effort;
+        rates.clip(torque.slope, limit - torque.constant);
+        rates.clip(-torque.slope, limit + torque.constant);
+    }
+    rates
+}

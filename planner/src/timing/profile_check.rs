@@ -1,0 +1,94 @@
+//! Whether the rounded motion of a profile is within the limits, and where it has to be slower.
+
+use surefoot_shared_types::message::{Interpolation, Waypoint};
+
+use crate::timing::contact_rates::ContactRates;
+use crate::timing::path_point::Path;
+use crate::timing::slow_downs::SlowDowns;
+use crate::timing::timed_path::{SpanTimes, TimedPath};
+use crate::timing::timed_robot::TimedRobot;
+use crate::timing::tuning::{INTERVAL_MAX, RATES_SHARE_MAX, SLOWER};
+
+/// Rounding of shares of limits.
+const SHARE_TOLERANCE: f64 = 1e-9;
+
+/// Compares a motion with the limits.
+#[derive(Debug)]
+pub(super) struct ProfileCheck<'a> {
+    pub robot: &'a TimedRobot,
+    pub contact_rates: &'a mut ContactRates,
+    pub path: Path<'a>,
+    pub timed: &'a TimedPath,
+    pub slow_downs: &'a mut SlowDowns,
+}
+
+impl ProfileCheck<'_> {
+    /// Compares the rounded rates after a time (s) with those of the nodes around.
+    pub fn rates_are_within(&mut self, from: f64) -> bool {
+        let mut is_within = true;
+        for span in 0..self.timed.spans() {
+            let times = self.timed.span_times(span);
+            let count = 2 * times.intervals;
+            for sample in 0..=count {
+                let time = times.at(sample, count);
+                if time >= from && times.end > from {
+                    is_within &= self.rate_is_within(span, time);
+                }
+            }
+        }
+        is_within
+    }
+
+    fn rate_is_within(&mut self, span: usize, time: f64) -> bool {
+        let rates = self.timed.law.at(time);
+        let share = self.timed.share_of(span, &rates);
+        if share > RATES_SHARE_MAX {
+            self.slow_downs.ask_near(self.timed, rates.position, rates.speed, SLOWER / share);
+        }
+        share <= RATES_SHARE_MAX
+    }
+
+    /// Checks the motion after a time (s) as it is emitted.
+    pub fn motion_is_within(&mut self, from: f64) -> bool {
+        let mut is_within = true;
+        for span in 0..self.timed.spans() {
+            let times = self.timed.span_times(span);
+            if times.end > from {
+                is_within &= self.span_is_within(span, &times, from);
+            }
+        }
+        is_within
+    }
+
+    /// Checks every waypoint, or the middle before it, by turns. Between two samples the rounded
+    /// motion changes little.
+    fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
+        let mut is_within = true;
+        for index in (0..=times.intervals).step_by(2) {
+            let here = self.timed.state(self.path, span, times, index);
+            if here.time >= from {
+                is_within &= self.sample_is_within(span, &here);
+            }
+            if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
+                let next = self.timed.state(self.path, span, times, index + 1);
+                let middle = 0.5 * (here.time + next.time);
+                let sample = Interpolation::Quintic.between(&here, &next, middle);
+                is_within &= self.sample_is_within(span, &sample);
+            }
+        }
+        is_within
+    }
+
+    fn sample_is_within(&mut self, span: usize, sample: &Waypoint) -> bool {
+        let Self { robot, contact_rates, path, timed, slow_downs } = self;
+        let rates = timed.law.at(sample.time);
+        let (node, _) = timed.node_before(span, rates.position);
+        let level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
+        let load = robot.load(contact_rates, &path.spans[span], level, sample);
+        let is_within = load <= 1.0 + SHARE_TOLERANCE;
+        if !is_within {
+            slow_downs.ask_near(timed, rates.position, rates.speed, SLOWER / load);
+        }
+        is_within
+    }
+}

@@ -1,0 +1,200 @@
+//! The rates at which a path can be walked at one of its points: a convex polygon of `x`, the
+//! square of the path's speed, and `u`, its acceleration [Pham, Pham 2018].
+
+use glam::DVec2;
+use heapless::Vec as BoundedVec;
+
+/// Most vertices of a set.
+pub const VERTICES_MAX: usize = 32;
+/// Smallest distance of two vertices that both stay.
+const APART_MIN: f64 = 1e-10;
+
+/// A convex polygon of rates `(x, u)`, counter-clockwise.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RateSet {
+    vertices: BoundedVec<DVec2, VERTICES_MAX>,
+}
+
+impl RateSet {
+    /// All rates with `x` up to `x_max` and `u` between `-u_max` and `u_max`.
+    pub fn within(x_max: f64, u_max: f64) -> Self {
+        let corners = [(0.0, -u_max), (x_max, -u_max), (x_max, u_max), (0.0, u_max)];
+        Self { vertices: corners.into_iter().map(DVec2::from).collect() }
+    }
+
+    /// The polygon of these vertices, which are convex and counter-clockwise. Vertices beyond
+    /// [`VERTICES_MAX`] are dropped, which only shrinks the set.
+    pub fn of_vertices(vertices: impl IntoIterator<Item = DVec2>) -> Self {
+        let mut set = Self::default();
+        for vertex in vertices {
+            set.push(vertex);
+        }
+        set.close();
+        set
+    }
+
+    /// Its vertices.
+    pub fn vertices(&self) -> &[DVec2] {
+        &self.vertices
+    }
+
+    /// Whether no rate is left.
+    pub fn is_empty(&self) -> bool {
+        self.vertices.is_empty()
+    }
+
+    /// Keeps the rates with `normal . (x, u) <= offset`.
+    pub fn clip(&mut self, normal: DVec2, offset: f64) {
+        let depth = |vertex: DVec2| offset - normal.dot(vertex);
+        if self.vertices.iter().all(|&vertex| depth(vertex) >= 0.0) {
+            return;
+        }
+        let mut kept = Self::default();
+        let Some(&last) = self.vertices.last() else { return };
+        let (mut a, mut a_depth) = (last, depth(last));
+        for &b in &self.vertices {
+            let b_depth = depth(b);
+            if (a_depth >= 0.0) != (b_depth >= 0.0) {
+                kept.push(a + (b - a) * (a_depth / (a_depth - b_depth)));
+            }
+            if b_depth >= 0.0 {
+                kept.push(b);
+            }
+            (a, a_depth) = (b, b_depth);
+        }
+        kept.close();
+        *self = kept;
+    }
+
+    /// Keeps the rates from which a cell of the path of length `step` ends at rates that `end`
+    /// allows with the same acceleration. That `x` is not negative there is left to the caller.
+    pub fn clip_by_end(&mut self, end: &Self, step: f64) {
+        for (normal, offset) in end.sides().filter(|(normal, _)| !is_at_rest(*normal)) {
+            self.clip(DVec2::new(normal.x, normal.y + 2.0 * step * normal.x), offset);
+        }
+    }
+
+    /// The largest `x`, and the acceleration there; `None` if the set is empty.
+    pub fn fastest(&self) -> Option<DVec2> {
+        self.vertices.iter().copied().reduce(|a, b| if b.x > a.x { b } else { a })
+    }
+
+    /// The least and the largest acceleration at a speed; `None` if the set has no such speed.
+    pub fn accelerations_at(&self, x: f64) -> Option<[f64; 2]> {
+        let mut range: Option<[f64; 2]> = None;
+        let mut include = |u: f64| {
+            range = Some(range.map_or([u, u], |[low, high]| [low.min(u), high.max(u)]));
+        };
+        for (a, b) in self.edges() {
+            let (low, high) = (a.x.min(b.x), a.x.max(b.x));
+            let x = if (x - low).abs() < X_ROUNDING * (1.0 + high) { low } else { x };
+            let x = if (x - high).abs() < X_ROUNDING * (1.0 + high) { high } else { x };
+            if (low..=high).contains(&x) {
+                if high - low > APART_MIN {
+                    include(a.y + (b.y - a.y) * ((x - a.x) / (b.x - a.x)));
+                } else {
+                    include(a.y);
+                    include(b.y);
+                }
+            }
+        }
+        range
+    }
+
+    /// The share of the set that a rate takes: the least factor by which the set, grown about rest,
+    /// holds the rate. Without bound where rest is on a side of
+    /// the set.
+    pub fn share_of(&self, rate: DVec2) -> f64 {
+        let mut share: f64 = 0.0;
+        for (normal, offset) in self.sides() {
+            let used = normal.dot(rate);
+            if used > USED_MIN {
+                share = share.max(used / offset.max(1e-12));
+            }
+        }
+        if self.vertices.len() < 3 { f64::INFINITY } else { share }
+    }
+
+    /// The set shrunk about rest.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { vertices: self.vertices.iter().map(|&vertex| vertex * factor).collect() }
+    }
+
+    fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
+        let next = self.vertices.iter().cycle().skip(1);
+        self.vertices.iter().zip(next).map(|(&a, &b)| (a, b))
+    }
+
+    /// The outward unit normal and the offset of every side.
+    fn sides(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
+        self.edges().filter(|(a, b)| a.distance_squared(*b) > 0.0).map(|(a, b)| {
+            let along = (b - a).normalize();
+            let normal = DVec2::new(along.y, -along.x);
+            (normal, normal.dot(a))
+        })
+    }
+
+    /// Appends a vertex unless it repeats the last one.
+    fn push(&mut self, vertex: DVec2) {
+        if self.vertices.last().is_none_or(|last| last.distance(vertex) > APART_MIN) {
+            let _only_shrinks = self.vertices.push(vertex);
+        }
+    }
+
+    /// Drops a last vertex that repeats the first one.
+    fn close(&mut self) {
+        while let [first, .., last] = *self.vertices
+            && first.distance(last) <= APART_MIN
+        {
+            self.vertices.pop();
+        }
+    }
+}
+
+/// Whether a side is that of the rates with `x = 0`.
+fn is_at_rest(normal: DVec2) -> bool {
+    normal.x < -1.0 + 1e-9
+}
+
+/// Rounding of a speed at the end of its range, relative.
+const X_ROUNDING: f64 = 1e-9;
+/// Smallest part of a rate beyond a side through rest that counts.
+const USED_MIN: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> RateSet {
+        RateSet::within(4.0, 2.0)
+    }
+
+    #[test]
+    fn clipping_keeps_the_near_side() {
+        let mut set = square();
+        set.clip(DVec2::new(1.0, 1.0), 3.0);
+        assert_eq!(set.vertices().len(), 5);
+        assert_eq!(set.accelerations_at(4.0), Some([-2.0, -1.0]));
+        assert_eq!(set.accelerations_at(1.0), Some([-2.0, 2.0]));
+        assert_eq!(set.accelerations_at(4.1), None);
+        set.clip(DVec2::new(-1.0, 0.0), -9.0);
+        assert!(set.is_empty() && set.fastest().is_none());
+    }
+
+    #[test]
+    fn the_share_of_a_rate_grows_in_proportion() {
+        let set = square();
+        assert!((set.share_of(DVec2::new(1.0, 1.5)) - 0.75).abs() < 1e-12);
+        assert!((set.share_of(DVec2::new(2.0, 3.0)) - 1.5).abs() < 1e-12);
+        assert!((set.scaled(0.5).share_of(DVec2::new(1.0, 0.1)) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_cell_ends_within_the_set_of_its_end() {
+        let (mut set, end) = (square(), RateSet::within(1.0, 2.0));
+        set.clip_by_end(&end, 0.5);
+        let fastest = set.fastest().unwrap();
+        assert!((fastest.x + fastest.y - 1.0).abs() < 1e-12 || fastest.x + fastest.y <= 1.0);
+        assert!((fastest.x - 3.0).abs() < 1e-12, "{fastest}");
+    }
+}

@@ -1,0 +1,167 @@
+//! The contacts of a span: where forces may act, and how friction bounds them.
+
+use glam::{DMat3, DVec2, DVec3};
+use heapless::Vec as BoundedVec;
+use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
+use surefoot_shared_types::message::Contact;
+
+use crate::timing::limits::Level;
+use crate::timing::path_point::PathSpan;
+
+/// Edges of the friction pyramid.
+pub const PYRAMID: usize = 4;
+
+/// A polygon of a sole, m.
+pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
+
+/// The stance feet of a span.
+#[derive(Debug, Clone, Default)]
+pub struct Support {
+    /// The left foot first.
+    pub feet: BoundedVec<FootSupport, 2>,
+}
+
+/// A stance foot: the part of its sole within which the centre of pressure stays.
+#[derive(Debug, Clone)]
+pub struct FootSupport {
+    /// The foot.
+    pub limb: usize,
+    /// Its centre in the world, m.
+    pub center: DVec3,
+    /// The polygon about the centre in the axes of the sole, m.
+    pub polygon: SolePolygon,
+    /// Axes of the sole in the world.
+    pub axes: DMat3,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
+
+impl Support {
+    /// The contacts of a span at a level, `extra` (m) further inside.
+    pub fn new(span: &PathSpan, level: Level, extra: f64, friction: f64) -> Self {
+        let foot = |contact: &Contact| FootSupport::new(contact, level, extra, friction);
+        Self { feet: span.contacts.iter().map(foot).collect() }
+    }
+
+    /// A point (world, m) about which moments are taken.
+    pub fn reference(&self) -> DVec3 {
+        self.feet.first().map_or(DVec3::ZERO, |foot| foot.center)
+    }
+}
+
+impl FootSupport {
+    fn new(contact: &Contact, level: Level, extra: f64, friction: f64) -> Self {
+        let corners = &contact.polygon[..(contact.polygon_len as usize).min(POLYGON_VERTICES_MAX)];
+        let sole: SolePolygon = corners.iter().map(|&corner| DVec2::from(corner)).collect();
+        let mut polygon = inset(&sole, level.cop_margin(width(&sole)) + extra);
+        let middle = polygon.iter().sum::<DVec2>() / polygon.len().max(1) as f64;
+        polygon.iter_mut().for_each(|corner| *corner -= middle);
+        let world_from_sole = contact.world_from_sole();
+        Self {
+            limb: contact.limb as usize,
+            center: world_from_sole * middle.extend(0.0),
+            polygon,
+            axes: DMat3::from_quat(world_from_sole.rotation),
+            friction,
+        }
+    }
+
+    /// Points of the world and forces of which every force and moment of the contact is a sum with
+    /// factors that are not negative.
+    pub fn generators(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        let tangent = self.friction * std::f64::consts::FRAC_1_SQRT_2;
+        let forces = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
+            .map(|(x, y)| self.axes * DVec3::new(x * tangent, y * tangent, 1.0));
+        self.polygon.iter().flat_map(move |corner| {
+            let point = self.center + self.axes * corner.extend(0.0);
+            forces.map(|force| (point, force))
+        })
+    }
+}
+
+/// Least width of a convex polygon, m.
+fn width(polygon: &[DVec2]) -> f64 {
+    let across = sides(polygon).map(|(normal, offset)| {
+        polygon.iter().map(|corner| offset - normal.dot(*corner)).fold(0.0, f64::max)
+    });
+    across.fold(f64::INFINITY, f64::min)
+}
+
+/// The outward unit normals of a convex polygon's sides with their offsets.
+pub(crate) fn sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, f64)> + '_ {
+    let next = polygon.iter().cycle().skip(1);
+    polygon.iter().zip(next).filter(|(a, b)| a.distance_squared(**b) > 0.0).map(|(a, b)| {
+        let along = (*b - *a).normalize();
+        let normal = DVec2::new(along.y, -along.x);
+        (normal, normal.dot(*a))
+    })
+}
+
+/// A convex polygon less a margin (m); where it is too narrow for that, less half of it, and so on.
+fn inset(polygon: &SolePolygon, margin: f64) -> SolePolygon {
+    let mut margin = margin;
+    for _ in 0..HALVINGS_MAX {
+        let mut kept = polygon.clone();
+        for (normal, offset) in sides(polygon) {
+            kept = clipped(&kept, normal, offset - margin);
+        }
+        if kept.len() >= 3 {
+            return kept;
+        }
+        margin *= 0.5;
+    }
+    polygon.clone()
+}
+
+/// Halvings of a margin that a polygon is too narrow for.
+const HALVINGS_MAX: usize = 12;
+/// Smallest distance of two corners that both stay, m.
+const APART_MIN: f64 = 1e-9;
+
+/// The part of a convex polygon with `normal . p <= offset`.
+fn clipped(polygon: &SolePolygon, normal: DVec2, offset: f64) -> SolePolygon {
+    let mut kept = SolePolygon::new();
+    let mut push = |corner: DVec2| {
+        if kept.last().is_none_or(|last| last.distance(corner) > APART_MIN) {
+            let _only_shrinks = kept.push(corner);
+        }
+    };
+    let Some(&last) = polygon.last() else { return polygon.clone() };
+    let (mut a, mut a_depth) = (last, offset - normal.dot(last));
+    for &b in polygon {
+        let b_depth = offset - normal.dot(b);
+        if (a_depth >= 0.0) != (b_depth >= 0.0) {
+            push(a + (b - a) * (a_depth / (a_depth - b_depth)));
+        }
+        if b_depth >= 0.0 {
+            push(b);
+        }
+        (a, a_depth) = (b, b_depth);
+    }
+    if kept.len() > 1 && kept[0].distance(kept[kept.len() - 1]) <= APART_MIN {
+        kept.pop();
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sole_is_shrunk_on_all_sides() {
+        let sole: SolePolygon = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)]
+            .map(DVec2::from)
+            .into_iter()
+            .collect();
+        assert!((width(&sole) - 0.1).abs() < 1e-12);
+        assert!((Level::Full.cop_margin(0.1) - 0.012).abs() < 1e-12);
+        let inner = inset(&sole, 0.012);
+        assert_eq!(inner.len(), 4);
+        assert!(
+            inner.iter().all(|p| (p.x.abs() - 0.088).abs() + (p.y.abs() - 0.038).abs() < 1e-12)
+        );
+        let narrow = inset(&sole, 0.08);
+        assert!(narrow.iter().all(|p| (p.y.abs() - 0.01).abs() < 1e-12), "half of the margin");
+    }
+}

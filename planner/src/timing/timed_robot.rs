@@ -1,0 +1,220 @@
+//! The robot as timing sees it: the rates that its limits allow at a point of a path, the load of a
+//! motion, and its torques.
+
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::GRAVITY;
+
+use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
+use crate::timing::contact_rates::{ContactProblem, ContactRates};
+use crate::timing::limits::{Level, TimingLimits};
+use crate::timing::load_sharing::{LoadSchedule, share_load};
+use crate::timing::path_dynamics::{PathDynamics, PathState, joint_rates};
+use crate::timing::path_point::PathSpan;
+use crate::timing::rate_set::RateSet;
+use crate::timing::support::Support;
+use crate::timing::tuning::{
+    COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
+};
+
+/// The joints between the root and each foot.
+pub(crate) type Chains = [heapless::Vec<usize, JOINTS_MAX>; 2];
+
+/// A robot with its limits.
+#[derive(Debug)]
+pub struct TimedRobot {
+    dynamics: InverseDynamics,
+    limits: TimingLimits,
+    chains: Chains,
+    /// Node of each foot, and its sole in that node's frame.
+    soles: [(usize, Pose); 2],
+    joints_len: usize,
+    mass: f64,
+}
+
+/// Velocity and acceleration of a waypoint, root and joints in one list.
+pub(crate) fn rates_of(waypoint: &Waypoint) -> [[f64; VELOCITY_MAX]; 2] {
+    let joined = |root: &[f64; 6], joints: &[f64; JOINTS_MAX]| {
+        std::array::from_fn(|index| if index < 6 { root[index] } else { joints[index - 6] })
+    };
+    [
+        joined(&waypoint.root_velocity, &waypoint.joint_velocity),
+        joined(&waypoint.root_acceleration, &waypoint.joint_acceleration),
+    ]
+}
+
+impl TimedRobot {
+    /// A biped with these limits.
+    pub fn new(model: &RobotModel, limits: TimingLimits) -> Self {
+        let dynamics = InverseDynamics::new(model);
+        let feet = [&model.feet[0], &model.feet[1]];
+        let sole = |foot: &surefoot_shared_types::robot::model::Foot| {
+            let (node, node_from_link) = dynamics.tree().of_link(foot.link);
+            (node, node_from_link * foot.link_from_sole)
+        };
+        Self {
+            chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
+            soles: feet.map(sole),
+            joints_len: model.joints.len(),
+            mass: dynamics.mass(),
+            limits,
+            dynamics,
+        }
+    }
+
+    /// The rates at a point of a span, and the level of the limits that they leave. `touches_down`:
+    /// whether the swing foot lands here.
+    pub(crate) fn rates(
+        &self,
+        contact_rates: &mut ContactRates,
+        span: &PathSpan,
+        point: &Waypoint,
+        touches_down: bool,
+    ) -> (RateSet, Level) {
+        let [first, second] = rates_of(point);
+        let root = point.world_from_root();
+        let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
+        let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
+        for level in Level::ALL {
+            let support = Support::new(span, level, COP_MARGIN_EXTRA, self.limits.friction);
+            let mut rates = joint_rates(
+                &dynamics,
+                &state,
+                (&support, &self.chains),
+                (&self.limits, level),
+                self.joints_len,
+            );
+            if touches_down {
+                self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
+            }
+            let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
+            let found = contact_rates.restrict(&problem, &rates);
+            if can_start(&found) {
+                return (found, level);
+            }
+        }
+        (RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE), Level::Unsupported)
+    }
+
+    fn problem<'a>(
+        &'a self,
+        dynamics: &'a PathDynamics,
+        support: &'a Support,
+        level: Level,
+        efforts_part: f64,
+    ) -> ContactProblem<'a> {
+        ContactProblem {
+            dynamics,
+            support,
+            chains: &self.chains,
+            efforts: level.efforts(&self.limits),
+            efforts_part,
+            mass: self.mass,
+        }
+    }
+
+    /// Bounds the speed of a landing sole along its normal.
+    fn clip_by_touch_down(
+        &self,
+        rates: &mut RateSet,
+        span: &PathSpan,
+        (frames, first): (&LinkFrames, &[f64; VELOCITY_MAX]),
+    ) {
+        for limb in 0..2 {
+            if span.contacts.iter().all(|contact| contact.limb as usize != limb) {
+                let (node, node_from_sole) = self.soles[limb];
+                let frame = frames.world_from_node(node);
+                let point = frame.transform_point3(node_from_sole.translation);
+                let normal = frame.matrix3 * (node_from_sole.rotation * DVec3::Z);
+                let speed = normal.dot(frames.point_velocity(&self.chains[limb], point, first));
+                rates.clip(DVec2::X, (TOUCHDOWN_SPEED_MAX / speed.abs().max(1e-6)).powi(2));
+            }
+        }
+    }
+
+    /// How far a motion is beyond the limits of a level: the largest ratio of a speed, acceleration
+    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits. 0 where no
+    /// contact forces are known.
+    pub(crate) fn load(
+        &self,
+        contact_rates: &mut ContactRates,
+        span: &PathSpan,
+        level: Level,
+        waypoint: &Waypoint,
+    ) -> f64 {
+        let [velocity, acceleration] = rates_of(waypoint);
+        let dynamics = self.at_instant(waypoint);
+        let support = Support::new(span, level, 0.0, self.limits.friction);
+        let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
+        let mut load: f64 = 0.0;
+        for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
+            load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
+            load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
+            let torque = match support.feet.as_slice() {
+                [foot] if self.chains[foot.limb].contains(&joint) => {
+                    dynamics.torque_under_load(joint)
+                }
+                feet if feet.iter().any(|foot| self.chains[foot.limb].contains(&joint)) => continue,
+                _ => dynamics.torque(joint),
+            };
+            load = load.max(torque.constant.abs() / effort);
+        }
+        if level == Level::Unsupported {
+            return 0.0;
+        }
+        let problem = self.problem(&dynamics, &support, level, 1.0);
+        let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
+        if is_carried { load } else { load.max(NO_CONTACT_FORCES) }
+    }
+
+    /// Writes the feed-forward torques of a waypoint, at `progress` (0 to 1) of its span.
+    pub(crate) fn write_torques(
+        &self,
+        span: &PathSpan,
+        (level, schedule, progress): (Level, &LoadSchedule, f64),
+        waypoint: &mut Waypoint,
+    ) {
+        let dynamics = self.at_instant(waypoint);
+        let support = Support::new(span, level, 0.0, self.limits.friction);
+        let GeneralizedForce { force, moment, torques } = &dynamics.standing;
+        waypoint.torque = *torques;
+        let about_world = *moment + dynamics.origin.cross(*force);
+        let wrenches = share_load(&support, (*force, about_world), schedule, progress);
+        for (foot, (force, moment)) in support.feet.iter().zip(&wrenches) {
+            for &joint in &self.chains[foot.limb] {
+                waypoint.torque[joint] -=
+                    dynamics.frames.torque_of_wrench(joint, *force, *moment, foot.center);
+            }
+        }
+        for (torque, limit) in waypoint.torque.iter_mut().zip(&self.limits.full_efforts) {
+            *torque = torque.clamp(-limit, *limit);
+        }
+    }
+
+    /// The dynamics of a motion at one instant: all of it is the constant part.
+    fn at_instant(&self, waypoint: &Waypoint) -> PathDynamics {
+        let [velocity, acceleration] = rates_of(waypoint);
+        let mut frames = LinkFrames::default();
+        let root = waypoint.world_from_root();
+        self.dynamics.place(&root, &waypoint.q, &mut frames);
+        PathDynamics {
+            by_acceleration: GeneralizedForce::default(),
+            by_speed: GeneralizedForce::default(),
+            standing: self.dynamics.effort(&frames, &velocity, &acceleration, GRAVITY),
+            origin: root.translation,
+            frames,
+        }
+    }
+}
+
+/// The load of a motion for which there are no contact forces.
+pub(crate) const NO_CONTACT_FORCES: f64 = 1.04;
+
+/// Whether the path can accelerate from rest in both directions.
+fn can_start(rates: &RateSet) -> bool {
+    let range = rates.accelerations_at(0.0);
+    range.is_some_and(|[low, high]| low <= -REST_ACCELERATION && high >= REST_ACCELERATION)
+}

@@ -1,0 +1,61 @@
+//! The constants of timing.
+
+/// Least distance of the centre of pressure from the edge of a sole, m. Replays of faster walks
+/// stand with 1 to 1.5 cm.
+pub(crate) const COP_MARGIN_MIN: f64 = 0.01;
+/// The same as a share of the sole's width.
+pub(crate) const COP_WIDTH_SHARE: f64 = 0.12;
+/// The same where a configuration cannot stand otherwise, m.
+pub(crate) const RELAXED_COP_MARGIN: f64 = 0.004;
+/// The part of the limits for which rates are computed. The rest covers what lies between two
+/// points of the path; motions are checked against the whole limits.
+pub(crate) const LIMITS_PART: f64 = 0.985;
+/// Distance (m) by which rates keep the centre of pressure further inside, for the same reason.
+pub(crate) const COP_MARGIN_EXTRA: f64 = 5e-4;
+/// Largest ratio of a motion's speed to that of the path's parameter.
+pub(crate) const RATE_MAX: f64 = 30.0;
+/// Largest acceleration of the path's parameter, 1/s.
+pub(crate) const RATE_CHANGE_MAX: f64 = 300.0;
+/// The acceleration from rest, in both directions, that a level must allow, 1/s.
+pub(crate) const REST_ACCELERATION: f64 = 0.2;
+/// The largest rate of a motion, and its largest change, where no contact forces are known (1/s).
+pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
+/// The unit of moments in the balance of contacts, as a length, m.
+pub(crate) const MOMENT_ARM: f64 = 0.1;
+/// Directions in which the border of a set of rates is sought, beside the first ones.
+pub(crate) const DIRECTIONS_MAX: usize = 10;
+/// Part of a set of rates that may be missed by leaving out corners.
+pub(crate) const BORDER_TOLERANCE: f64 = 4e-3;
+/// Largest excess of a torque, as a share of its limit, before its row enters the program.
+pub(crate) const TORQUE_TOLERANCE: f64 = 1e-6;
+/// Largest speed of a landing sole along its normal, m/s.
+pub(crate) const TOUCHDOWN_SPEED_MAX: f64 = 0.05;
+/// Time over which speeds are averaged, so that acceleration is continuous, s.
+pub(crate) const ROUNDING_TIME: f64 = 0.1;
+/// Longest time between two waypoints, s.
+pub(crate) const INTERVAL_MAX: f64 = 0.02;
+/// Rounds in which torques beyond their limits enter a program.
+pub(crate) const TORQUE_ROUNDS_MAX: usize = 12;
+/// Rounds in which a profile is slowed down where it is beyond the limits.
+pub(crate) const ROUNDS_MAX: usize = 16;
+/// Rounds after those, in which all of it is slowed down.
+pub(crate) const SLOW_DOWNS_MAX: usize = 14;
+/// The factor of the rates in such a round; also the least one of the rounds before.
+pub(crate) const SLOW_DOWN: f64 = 0.7;
+/// How much slower than needed a profile becomes where it is beyond the limits.
+pub(crate) const SLOWER: f64 = 0.995;
+/// The shortest braking ramp, s.
+pub(crate) const RAMP_SHORTEST: f64 = 0.2;
+/// The ratio of a ramp's duration to that of the next shorter one tried.
+pub(crate) const RAMP_STEP: f64 = 1.12;
+/// Durations of ramps tried, at most.
+pub(crate) const RAMP_STEPS_MAX: usize = 26;
+/// Intervals of the samples of a ramp.
+pub(crate) const RAMP_SAMPLES: usize = 32;
+/// Largest share of the rates around a point that a rounded profile takes: less than their distance
+/// to the limits, against which the motion is checked after that.
+pub(crate) const RATES_SHARE_MAX: f64 = 1.01;
+/// Places in a chunk at which braking may end.
+pub(crate) const REST_PLACES: usize = 4;
+/// The time before the end of a chunk in which it becomes slower where it has no stop, s.
+pub(crate) const SLOWER_BEFORE_STOP: f64 = 1.5;

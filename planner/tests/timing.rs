@@ -1,0 +1,370 @@
+//! Inverse dynamics, and the timing of a smooth walk: within the limits between its waypoints,
+//! smooth, near the time-optimal one, the same at every repetition.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
+mod common;
+#[path = "common/pinocchio.rs"]
+mod pinocchio;
+#[path = "common/smooth_walk.rs"]
+mod smooth_walk;
+
+use common::hubo;
+use glam::{DQuat, DVec2, DVec3};
+use pinocchio::{numbers, reference};
+use smooth_walk::{SmoothWalk, smooth_walk};
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::geometry::convex_region::ConvexRegion;
+use surefoot_planner::robot::inverse_dynamics::{
+    GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX,
+};
+use surefoot_planner::timing::limits::TimingLimits;
+use surefoot_planner::timing::path_point::{Path, PathSpan};
+use surefoot_planner::timing::path_timing::PathTiming;
+use surefoot_planner::timing::timed_robot::TimedRobot;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
+use surefoot_shared_types::message::{Interpolation, Ramp, Waypoint};
+use surefoot_shared_types::robot::model::RobotModel;
+
+const FRICTION: f64 = 0.6;
+const SHARE: f64 = 0.8;
+
+#[test]
+fn torques_of_gravity_agree_with_pinocchio() {
+    let (data, model) = (reference(), hubo());
+    let dynamics = InverseDynamics::new(&model);
+    let names: Vec<&str> =
+        data["joint_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    for case in data["configurations"].as_array().unwrap() {
+        let (from, expected) = (numbers(&case["q"]), numbers(&case["gravity_torques"]));
+        let at = |name: &str| names.iter().position(|other| *other == name).unwrap();
+        let mut q = [0.0; JOINTS_MAX];
+        model.joints.iter().enumerate().for_each(|(i, joint)| q[i] = from[at(&joint.name)]);
+        let rotation = DQuat::from_slice(&numbers(&case["root_quat_xyzw"])).normalize();
+        let root = Pose::from_parts(DVec3::from_slice(&numbers(&case["root_xyz"])), rotation);
+        let mut frames = LinkFrames::default();
+        dynamics.place(&root, &q, &mut frames);
+        let rest = [0.0; VELOCITY_MAX];
+        let effort = dynamics.effort(&frames, &rest, &rest, 9.81);
+        for (i, joint) in model.joints.iter().enumerate() {
+            assert!((effort.torques[i] - expected[at(&joint.name)]).abs() < 1e-6, "{}", joint.name);
+        }
+        assert!((effort.force.z - 9.81 * model.mass()).abs() < 1e-6);
+    }
+}
+
+/// A random motion: the configuration at time `t`, its velocities, and its accelerations at 0.
+struct RandomMotion {
+    root: Pose,
+    q: [f64; JOINTS_MAX],
+    v: [f64; VELOCITY_MAX],
+    a: [f64; VELOCITY_MAX],
+}
+
+impl RandomMotion {
+    fn new(model: &RobotModel, seed: u64) -> Self {
+        let mut random = Random::new(seed, Stream::Shortcut, 0, 0);
+        let mut number = |size: f64| random.uniform(-size, size);
+        let count = 6 + model.joints.len();
+        let rotation = rotation_from_scaled_axis(DVec3::new(number(1.0), number(1.0), number(1.0)));
+        let mut motion = Self {
+            root: Pose::from_parts(DVec3::new(number(1.0), number(1.0), number(1.0)), rotation),
+            q: [0.0; JOINTS_MAX],
+            v: [0.0; VELOCITY_MAX],
+            a: [0.0; VELOCITY_MAX],
+        };
+        motion.q[..count - 6].iter_mut().for_each(|q| *q = number(1.0));
+        motion.v[..count].iter_mut().for_each(|v| *v = number(2.0));
+        motion.a[..count].iter_mut().for_each(|a| *a = number(3.0));
+        motion
+    }
+
+    fn at(&self, t: f64) -> (Pose, [f64; JOINTS_MAX], [f64; VELOCITY_MAX]) {
+        let v = std::array::from_fn(|i| self.v[i] + t * self.a[i]);
+        let q = std::array::from_fn(|j| self.q[j] + t * (self.v[6 + j] + 0.5 * t * self.a[6 + j]));
+        let of = |list: &[f64], at: usize| DVec3::from_slice(&list[at..]);
+        let step = |at: usize| t * (of(&self.v, at) + 0.5 * t * of(&self.a, at));
+        let rotation = (rotation_from_scaled_axis(step(3)) * self.root.rotation).normalize();
+        (Pose::from_parts(self.root.translation + step(0), rotation), q, v)
+    }
+}
+
+/// Kinetic energy: half of the velocities times the efforts that would accelerate by them.
+fn kinetic_energy(
+    robot: &InverseDynamics,
+    (root, q, v): &(Pose, [f64; JOINTS_MAX], [f64; VELOCITY_MAX]),
+) -> f64 {
+    let mut frames = LinkFrames::default();
+    robot.place(root, q, &mut frames);
+    let effort = robot.effort(&frames, &[0.0; VELOCITY_MAX], v, 0.0);
+    0.5 * power(&effort, v)
+}
+
+fn power(effort: &GeneralizedForce, v: &[f64; VELOCITY_MAX]) -> f64 {
+    let joints: f64 =
+        effort.torques.iter().zip(&v[6..]).map(|(torque, speed)| torque * speed).sum();
+    effort.force.dot(DVec3::from_slice(v)) + effort.moment.dot(DVec3::from_slice(&v[3..])) + joints
+}
+
+#[test]
+fn the_power_of_a_motion_is_the_change_of_its_energy() {
+    let model = hubo();
+    let robot = InverseDynamics::new(&model);
+    for seed in 0..20 {
+        let motion = RandomMotion::new(&model, seed);
+        let h = 1e-5;
+        let [before, after] = [-h, h].map(|t| kinetic_energy(&robot, &motion.at(t)));
+        let mut frames = LinkFrames::default();
+        robot.place(&motion.root, &motion.q, &mut frames);
+        let effort = robot.effort(&frames, &motion.v, &motion.a, 0.0);
+        let (expected, actual) = ((after - before) / (2.0 * h), power(&effort, &motion.v));
+        assert!((expected - actual).abs() < 1e-5 * (1.0 + expected.abs()), "{expected} {actual}");
+    }
+}
+
+fn timing_of(model: &RobotModel, walk: &SmoothWalk) -> PathTiming {
+    let limits = TimingLimits::new(model, SHARE, FRICTION);
+    PathTiming::new(TimedRobot::new(model, limits), walk.points.len() + walk.spans.len())
+}
+
+/// Times a whole walk at once and returns its waypoints by span.
+fn timed(timing: &mut PathTiming, walk: &SmoothWalk) -> Vec<Vec<Waypoint>> {
+    let path = Path { points: &walk.points, spans: &walk.spans };
+    timing.begin();
+    for _ in &walk.spans {
+        timing.add_span(path).unwrap();
+    }
+    assert!(timing.solve(path, walk.spans.len(), 0));
+    (0..walk.spans.len())
+        .map(|span| {
+            let times = timing.span_times(span);
+            (0..=times.intervals).map(|at| timing.waypoint(path, span, &times, at)).collect()
+        })
+        .collect()
+}
+
+/// The time of the unrounded profile, s.
+fn unrounded(timing: &PathTiming) -> f64 {
+    let nodes: Vec<(f64, f64)> = timing.nodes().map(|(node, x)| (node.position, x)).collect();
+    let cells = nodes.windows(2).filter(|pair| pair[1].0 > pair[0].0);
+    cells.map(|pair| 2.0 * (pair[1].0 - pair[0].0) / (pair[0].1.sqrt() + pair[1].1.sqrt())).sum()
+}
+
+/// What a motion needs of the limits at one instant, by this file's own formulas.
+struct Instant<'a> {
+    model: &'a RobotModel,
+    span: &'a PathSpan,
+    waypoint: &'a Waypoint,
+    frames: LinkFrames,
+    effort: GeneralizedForce,
+}
+
+impl<'a> Instant<'a> {
+    fn new(
+        (model, robot): (&'a RobotModel, &InverseDynamics),
+        span: &'a PathSpan,
+        waypoint: &'a Waypoint,
+    ) -> Self {
+        let joined = |root: &[f64; 6], joints: &[f64; JOINTS_MAX]| {
+            std::array::from_fn(|index| if index < 6 { root[index] } else { joints[index - 6] })
+        };
+        let v = joined(&waypoint.root_velocity, &waypoint.joint_velocity);
+        let a = joined(&waypoint.root_acceleration, &waypoint.joint_acceleration);
+        let mut frames = LinkFrames::default();
+        robot.place(&waypoint.world_from_root(), &waypoint.q, &mut frames);
+        let effort = robot.effort(&frames, &v, &a, 9.81);
+        Self { model, span, waypoint, frames, effort }
+    }
+
+    /// The largest share of a joint's speed that is used.
+    fn speed_use(&self) -> f64 {
+        let speeds = self.model.joints.iter().zip(&self.waypoint.joint_velocity);
+        speeds.map(|(joint, speed)| speed.abs() / (SHARE * joint.velocity)).fold(0.0, f64::max)
+    }
+
+    /// The largest share of a joint's torque that is used in single support.
+    fn torque_use(&self) -> f64 {
+        let [contact] = self.span.contacts.as_slice() else { return 0.0 };
+        let chain = self.model.chain(self.model.feet[contact.limb as usize].link);
+        let origin = self.waypoint.world_from_root().translation;
+        let uses = self.model.joints.iter().enumerate().map(|(index, joint)| {
+            let (force, moment) = (self.effort.force, self.effort.moment);
+            let load = self.frames.torque_of_wrench(index, force, moment, origin);
+            let load = if chain.contains(&index) { load } else { 0.0 };
+            (self.effort.torques[index] - load).abs() / (SHARE * joint.effort)
+        });
+        uses.fold(0.0, f64::max)
+    }
+
+    /// The share of the friction pyramid that is used on level ground.
+    fn friction_use(&self) -> f64 {
+        let force = self.effort.force;
+        let tangent = force.x.abs().max(force.y.abs());
+        tangent / (FRICTION * std::f64::consts::FRAC_1_SQRT_2 * force.z)
+    }
+
+    /// Distance of the centre of pressure from the edge of the hull of the soles on the floor, m.
+    fn pressure_margin(&self) -> f64 {
+        let floor = self.span.contacts[0].position[2];
+        let origin = self.waypoint.world_from_root().translation - DVec3::Z * floor;
+        let (force, moment) = (self.effort.force, self.effort.moment);
+        let about_floor = moment + origin.cross(force);
+        let pressure = DVec2::new(-about_floor.y, about_floor.x) / force.z;
+        let corners = self.span.contacts.iter().flat_map(|contact| {
+            let pose = contact.world_from_sole();
+            let used = &contact.polygon[..contact.polygon_len as usize];
+            let corner = move |corner: &[f64; 2]| pose * DVec3::new(corner[0], corner[1], 0.0);
+            used.iter().map(move |at| corner(at).truncate())
+        });
+        ConvexRegion::hull(corners).margin(pressure)
+    }
+}
+
+/// Samples between all waypoints of a span.
+fn between(waypoints: &[Waypoint]) -> impl Iterator<Item = Waypoint> + '_ {
+    waypoints.windows(2).flat_map(|pair| {
+        [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| {
+            let time = pair[0].time + part * (pair[1].time - pair[0].time);
+            Interpolation::Quintic.between(&pair[0], &pair[1], time)
+        })
+    })
+}
+
+#[test]
+fn a_smooth_walk_keeps_the_limits_near_its_optimum() {
+    let model = hubo();
+    let robot = InverseDynamics::new(&model);
+    let walk = smooth_walk(&model, 4, 0.12);
+    let mut timing = timing_of(&model, &walk);
+    let spans = timed(&mut timing, &walk);
+    let (end, optimum, stats) = (timing.law().end(), unrounded(&timing), timing.stats());
+    println!("{end:.3} s, unrounded {optimum:.3} s, {stats:?}");
+    assert_eq!((stats.rests, stats.beyond), (0, 0));
+    assert!(stats.relaxed <= 2, "{stats:?}");
+    assert!(end <= 1.10 * optimum, "{end} {optimum}");
+    assert!(end < 8.0, "{end} s");
+    let mut margin = f64::INFINITY;
+    let mut uses = [0.0_f64; 3];
+    for (span, waypoints) in walk.spans.iter().zip(&spans) {
+        for sample in between(waypoints) {
+            let instant = Instant::new((&model, &robot), span, &sample);
+            margin = margin.min(instant.pressure_margin());
+            let now = [instant.speed_use(), instant.torque_use(), instant.friction_use()];
+            uses = std::array::from_fn(|index| uses[index].max(now[index]));
+        }
+    }
+    println!("pressure {margin:.4} m, speed, torque, friction {uses:?}");
+    // 12 % of the width of 14 cm.
+    assert!(margin >= 0.0168 - 1e-4, "{margin}");
+    assert!(margin < 0.0185, "the centre of pressure binds: {margin}");
+    assert!(uses.iter().all(|used| *used <= 1.002), "{uses:?}");
+}
+
+#[test]
+fn a_smooth_walk_is_smooth_and_the_same_again() {
+    let model = hubo();
+    let walk = smooth_walk(&model, 2, 0.12);
+    let mut timing = timing_of(&model, &walk);
+    let spans = timed(&mut timing, &walk);
+    assert_eq!(timed(&mut timing, &walk), spans, "the same again");
+    assert_eq!(timed(&mut timing_of(&model, &walk), &walk), spans, "from the beginning");
+    for pair in spans.windows(2) {
+        let (last, first) = (pair[0].last().unwrap(), pair[1][0]);
+        assert!((last.time - first.time).abs() < 1e-12);
+        for (a, b) in last.rates().zip(first.rates()) {
+            assert!((a - b).abs() < 1e-6 * (1.0 + a.abs()), "{a} {b}");
+        }
+    }
+    for waypoints in &spans {
+        for pair in waypoints.windows(2) {
+            let seconds = pair[1].time - pair[0].time;
+            assert!(seconds > 0.0 && seconds <= 0.02 + 1e-9);
+            for (a, b) in pair[0].joint_acceleration.iter().zip(&pair[1].joint_acceleration) {
+                assert!((a - b).abs() < 30.0, "{a} {b}");
+            }
+        }
+    }
+    let rests = [spans[0][0], *spans.last().unwrap().last().unwrap()];
+    let moving = |w: &Waypoint| w.joint_velocity.iter().chain(&w.root_velocity).any(|v| *v != 0.0);
+    assert!(!rests.iter().any(moving), "at rest at both ends");
+    assert!(spans[1].iter().all(moving), "and nowhere else");
+}
+
+#[test]
+fn a_window_ends_at_rest_and_costs_little_time() {
+    let model = hubo();
+    let walk = smooth_walk(&model, 4, 0.12);
+    let path = Path { points: &walk.points, spans: &walk.spans };
+    let mut timing = timing_of(&model, &walk);
+    timed(&mut timing, &walk);
+    let whole = timing.law().end();
+    timing.begin();
+    let mut known = Vec::new();
+    for count in 1..=walk.spans.len() {
+        timing.add_span(path).unwrap();
+        let known_path = Path { spans: &walk.spans[..count], ..path };
+        assert!(timing.solve(known_path, count.saturating_sub(4), known.len()));
+        let end = timing.final_spans(count == walk.spans.len());
+        for span in known.len()..end {
+            let times = timing.span_times(span);
+            known.push((times, timing.waypoint(path, span, &times, times.intervals / 2)));
+        }
+        for (span, (times, middle)) in known.iter().enumerate() {
+            assert_eq!(timing.span_times(span), *times, "final times stay");
+            assert_eq!(timing.waypoint(path, span, times, times.intervals / 2), *middle);
+        }
+    }
+    assert_eq!(known.len(), walk.spans.len());
+    assert_eq!(timing.stats().rests, 0);
+    assert!(timing.law().end() < 1.05 * whole, "{} {whole}", timing.law().end());
+}
+
+#[test]
+fn every_chunk_holds_a_stop_within_the_limits() {
+    let model = hubo();
+    let robot = InverseDynamics::new(&model);
+    let walk = smooth_walk(&model, 4, 0.12);
+    let mut timing = timing_of(&model, &walk);
+    let spans = timed(&mut timing, &walk);
+    let all: Vec<Waypoint> = spans.concat();
+    let (mut brake_after, mut longest, mut latest) = (0.0, 0.0_f64, f64::INFINITY);
+    for (index, waypoints) in spans.iter().enumerate() {
+        let times = timing.span_times(index);
+        for chunk in 0..times.chunks() {
+            let [first, last] = times.chunk(chunk);
+            let (begin, end) = (waypoints[first].time, waypoints[last].time);
+            assert!(last - first < 32 && times.chunk_times(chunk) == [begin, end]);
+            let stop = timing.stop(index, chunk).unwrap();
+            println!("{index} {begin:.3}..{end:.3} {stop:?}");
+            let rest = stop.brake_at + 0.5 * stop.brake_duration;
+            assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);
+            longest = longest.max(stop.brake_duration);
+            latest = latest.min(stop.brake_at - begin);
+            let ramps = [
+                (stop.brake_at, Ramp::Brake { seconds: stop.brake_duration }),
+                (rest, Ramp::Resume { seconds: stop.resume_duration }),
+            ];
+            for (from, ramp) in ramps {
+                for tick in 0..=40 {
+                    let at = ramp.at(ramp.seconds() * f64::from(tick) / 40.0);
+                    let time = (from + at.elapsed).min(timing.law().end());
+                    let planned = Interpolation::Quintic.sample(&all, time);
+                    let sample = at.apply(&planned);
+                    let span = &walk.spans[spans
+                        .iter()
+                        .position(|span| span[span.len() - 1].time >= time - 1e-9)
+                        .unwrap()];
+                    let instant = Instant::new((&model, &robot), span, &sample);
+                    let margin = instant.pressure_margin();
+                    assert!(margin >= 0.016, "{ramp:?} {tick} {margin}");
+                    assert!(instant.torque_use() <= 1.01 && instant.speed_use() <= 1.0);
+                }
+            }
+            brake_after = stop.brake_at;
+        }
+    }
+    println!("longest {longest:.3} s, least wait {latest:.3} s");
+    assert!(longest < 2.0, "{longest}");
+}

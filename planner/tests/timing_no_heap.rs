@@ -1,0 +1,48 @@
+//! Timing allocates no memory once it is built. The test is alone in its file because the allocator
+//! counts for the whole process.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
+#[path = "common/allocations.rs"]
+mod allocations;
+mod common;
+#[path = "common/smooth_walk.rs"]
+mod smooth_walk;
+
+use smooth_walk::smooth_walk;
+use surefoot_planner::timing::limits::TimingLimits;
+use surefoot_planner::timing::path_point::Path;
+use surefoot_planner::timing::path_timing::PathTiming;
+use surefoot_planner::timing::timed_robot::TimedRobot;
+
+#[test]
+fn timing_allocates_no_memory() {
+    let model = common::hubo();
+    let walk = smooth_walk(&model, 2, 0.12);
+    let path = Path { points: &walk.points, spans: &walk.spans };
+    let robot = TimedRobot::new(&model, TimingLimits::new(&model, 0.8, 0.6));
+    let mut timing = PathTiming::new(robot, walk.points.len() + walk.spans.len());
+    let before = allocations::count();
+    let mut brake_after = 0.0;
+    for _ in 0..2 {
+        timing.begin();
+        for _ in &walk.spans {
+            timing.add_span(path).unwrap();
+        }
+        assert!(timing.solve(path, walk.spans.len(), 0));
+        brake_after = 0.0;
+        for span in 0..walk.spans.len() {
+            let times = timing.span_times(span);
+            for index in 0..=times.intervals {
+                std::hint::black_box(timing.waypoint(path, span, &times, index));
+            }
+            for chunk in 0..times.chunks() {
+                brake_after = timing.stop(span, chunk).unwrap().brake_at;
+            }
+        }
+    }
+    assert_eq!(allocations::count(), before);
+    assert!(brake_after > 0.0);
+    drop(std::hint::black_box(Box::new(1)));
+    assert_eq!(allocations::count(), before + 1, "the allocator counts");
+}
