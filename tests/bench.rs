@@ -347,3 +347,42 @@ fn scale_names_the_missing_file() {
     );
     assert_eq!(run(&["bench", "scale", "--triangles", "0"]).code, 2);
 }
+
+#[test]
+fn methods_find_walks_that_the_checks_accept() {
+    let report =
+        json(&TestFolder::new("").bench("methods", &["--trials", "1", "--check", "--json"]));
+    assert_eq!(report["schema"], "surefoot-bench-methods/1");
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), surefoot_planner::methods::method::Method::ALL.len());
+    for row in rows {
+        assert_eq!((&row["found"], &row["checked"]), (&1.into(), &1.into()), "{row}");
+        assert_eq!(row["refused"], 0, "{row}");
+        assert!(row["mean_steps"].as_f64() > Some(1.0), "{row}");
+    }
+}
+
+#[test]
+fn rho_measures_w_rpg_over_the_radius() {
+    let folder = TestFolder::new("");
+    let out = folder.path("results");
+    fs::create_dir(&out).unwrap();
+    let output = folder.bench("rho", &["--trials", "1", "--shares", "1,inf", "--out", &out]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    let csv = fs::read_to_string(Path::new(&out).join("rho.csv")).unwrap();
+    let rows: Vec<&str> = csv.lines().skip(1).collect();
+    assert!(rows[0].contains(",w-rpg,1,1,1,") && rows[1].contains(",mmprm,,1,"), "{csv}");
+    assert!(fs::read_to_string(Path::new(&out).join("rho.svg")).unwrap().starts_with("<svg"));
+}
+
+#[test]
+fn theory_prints_the_bound_beside_the_measured_rate() {
+    let report = json(&TestFolder::new("").bench("theory", &["--trials", "2", "--json"]));
+    let row = &report["rows"][0];
+    let (numbers, number) = (&row["numbers"], |value: &Value| value.as_f64().unwrap());
+    assert!(number(&numbers["modes"]) >= 2.0 && number(&numbers["length"]) > 0.9, "{row}");
+    assert!(number(&numbers["cylinder_radius"]) > 0.0, "{row}");
+    assert!(number(&numbers["clearance"]) > 0.0 && number(&numbers["volume"]) > 0.0, "{row}");
+    assert_eq!(row["trials"], 2);
+    assert!(number(&row["bound"]) <= 1.0 && number(&row["limits"][0]) <= number(&row["bound"]));
+}

@@ -10,6 +10,7 @@ pub mod constraints;
 pub mod foot_placement;
 pub mod geometry;
 pub mod kinematics;
+pub mod methods;
 pub mod motion;
 pub mod pipeline;
 pub mod plan;
@@ -19,6 +20,7 @@ pub mod primitives;
 pub mod relaxation;
 pub mod robot;
 pub mod smooth_path;
+pub mod theory;
 pub mod timing;
 
 pub use pipeline::{Outcome, Planner, PlannerBuilder, PlannerError, Status};

@@ -7,9 +7,10 @@
 mod allocations;
 mod common;
 
-use common::{Case, WALKS, run};
-use surefoot_planner::Outcome;
+use common::{Case, WALKS, preparation_for, run};
+use surefoot_planner::methods::method::{Method, MethodParameters};
 use surefoot_planner::pipeline::outcome::Bound;
+use surefoot_planner::{Outcome, Planner};
 use surefoot_shared_types::config::MotionKind;
 
 /// A rough mesh and, in an optimised build, a course of several segments.
@@ -21,6 +22,25 @@ fn allocations_of<T>(search: impl FnOnce() -> T) -> (usize, T) {
     let before = allocations::count();
     let result = search();
     (allocations::count() - before, result)
+}
+
+/// The other methods that allocate on a short walk.
+fn methods_that_allocate() -> Vec<String> {
+    let mut case = Case::shipped("flat_walk");
+    case.scenario.goal.position = case.scenario.start.position + 0.9 * glam::DVec3::X;
+    let preparation = preparation_for(&case.model, &case.scenario.planner);
+    let allocations_by = |method: Method| {
+        let mut planner =
+            Planner::builder(&case.model, &case.world, &case.scenario, preparation.clone())
+                .method(method, MethodParameters::default())
+                .build()
+                .unwrap();
+        planner.limit_work(200_000);
+        allocations_of(|| run(&mut planner, u64::MAX)).0
+    };
+    let others = Method::ALL.into_iter().filter(|method| *method != Method::Rpg);
+    let allocates = |method: &Method| allocations_by(*method) > 0 && allocations_by(*method) > 0;
+    others.filter(allocates).map(|method| method.name().to_owned()).collect()
 }
 
 /// The only test of the file, so that no other one allocates at the same time.
@@ -54,5 +74,6 @@ fn a_built_planner_allocates_no_memory() {
             }
         }
     }
+    failures.extend(methods_that_allocate());
     assert!(failures.is_empty(), "allocations before the outcome: {failures:#?}");
 }

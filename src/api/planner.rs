@@ -320,7 +320,9 @@ impl Planner {
                 self.plan = Some(plan.clone());
                 Ok(plan)
             }
-            Outcome::BudgetExhausted(_) => {
+            Outcome::BudgetExhausted(_)
+            | Outcome::NotExpressible(_)
+            | Outcome::MethodExhausted(_) => {
                 Err(PlanError::BudgetExhausted { work: search.stats().work })
             }
             Outcome::ArenaFull(full) => Err(PlanError::ArenaFull { parameter: full.parameter() }),

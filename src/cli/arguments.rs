@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use surefoot_planner::methods::method::Method;
 use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
+use crate::cli::method_arguments::{MethodArguments, method};
 use crate::export::format::ExportFormat;
 use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
@@ -211,6 +213,18 @@ pub struct PlanArguments {
     /// Keep running, and plan what `surefoot request` asks for
     #[arg(long, requires = "instance")]
     pub serve: bool,
+    /// The method that searches the first plan
+    #[arg(
+        long,
+        value_name = "METHOD",
+        value_parser = method,
+        default_value = "rpg",
+        conflicts_with = "serve"
+    )]
+    pub method: Method,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub samples: MethodArguments,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub role: RoleArguments,

@@ -108,6 +108,7 @@ impl Run<'_> {
             None => None,
         };
         let mut task = PlanningTask::first(&self.inputs);
+        task.method = (self.arguments.method, self.arguments.samples.parameters());
         let mut totals = Totals::default();
         loop {
             let (planner, is_found) = self.plan(&mut task)?;

@@ -200,9 +200,11 @@ impl From<&Outcome> for PlanResult {
     fn from(outcome: &Outcome) -> Self {
         match outcome {
             Outcome::Found => Self::Found,
-            Outcome::BudgetExhausted(_) | Outcome::ArenaFull(_) | Outcome::Impossible(_) => {
-                Self::NoPlan
-            }
+            Outcome::BudgetExhausted(_)
+            | Outcome::ArenaFull(_)
+            | Outcome::Impossible(_)
+            | Outcome::NotExpressible(_)
+            | Outcome::MethodExhausted(_) => Self::NoPlan,
             Outcome::StartInvalid(_) => Self::StartInvalid,
             Outcome::GoalInvalid(_) => Self::GoalInvalid,
         }

@@ -18,6 +18,8 @@ pub enum Stream {
     Possibility = 5,
     /// Shortcuts.
     Shortcut = 6,
+    /// Samples of the methods that the planner is compared with.
+    Method = 7,
 }
 
 /// The generator of one object and attempt. It is cheap to make.

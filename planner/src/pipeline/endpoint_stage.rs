@@ -32,6 +32,8 @@ pub(crate) struct EndpointStage {
     position_tolerance: f64,
     /// Greatest difference from the heading of the goal, rad.
     yaw_tolerance: f64,
+    /// Whether another method searches the walk.
+    pub is_other_method: bool,
 }
 
 impl EndpointStage {
@@ -45,6 +47,7 @@ impl EndpointStage {
             com_margin: scenario.checker.com_margin,
             position_tolerance: scenario.goal_tolerance.position,
             yaw_tolerance: scenario.goal_tolerance.yaw,
+            is_other_method: false,
         }
     }
 
@@ -106,7 +109,7 @@ impl EndpointStage {
         let com = KinematicState::new(robot, &endpoints[0].state.configuration).com.truncate();
         search.roadmap.set_start_balance(StartBalance { com, margin_min: self.com_margin });
         search.route.set_end_pairs(endpoints.map(|endpoint| endpoint.pair(robot)));
-        Ok(Event::Done)
+        Ok(if self.is_other_method { Event::OtherMethod } else { Event::Done })
     }
 
     /// The robot at the start and at the goal.

@@ -13,6 +13,7 @@ mod endpoints;
 mod foothold_order;
 mod foothold_sampling;
 mod foothold_stage;
+mod method_stage;
 pub mod outcome;
 mod outcome_text;
 mod planner;

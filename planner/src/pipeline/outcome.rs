@@ -30,6 +30,10 @@ pub enum Outcome {
     StartInvalid(EndpointError),
     /// The robot cannot stand at the goal.
     GoalInvalid(EndpointError),
+    /// The chosen method cannot express the problem; what it can do.
+    NotExpressible(&'static str),
+    /// The chosen method has nothing left to try; why.
+    MethodExhausted(&'static str),
 }
 
 /// A bound of the budget, by the name of its parameter.
@@ -79,6 +83,12 @@ impl Outcome {
             Self::Impossible(_) => "no plan is possible".into(),
             Self::StartInvalid(error) => format!("the start is invalid: {}", error.describe()),
             Self::GoalInvalid(error) => format!("the goal is invalid: {}", error.describe()),
+            Self::NotExpressible(reason) => {
+                format!("the method cannot express this problem: {reason}")
+            }
+            Self::MethodExhausted(reason) => {
+                format!("no plan: the method has nothing left to try: {reason}")
+            }
         }
     }
 
@@ -91,6 +101,8 @@ impl Outcome {
             Self::Impossible(_) => "impossible",
             Self::StartInvalid(_) => "start_invalid",
             Self::GoalInvalid(_) => "goal_invalid",
+            Self::NotExpressible(_) => "not_expressible",
+            Self::MethodExhausted(_) => "method_exhausted",
         }
     }
 

@@ -22,6 +22,7 @@
 //! | Shortcuts | shorter motions | 4.4.6 |
 //! | SmoothPath | the smooth path that is executed | |
 //! | Chunks | the chunks of the plan and their digest | |
+//! | Method | a walk by another method, in place of Route to Recovery | 2, 5 |
 //!
 //! A sequence that cannot be completed costs more afterwards, so the next one differs. Where
 //! sequences cost too much or there is none, more footholds are sampled, and stage P finds another
@@ -34,7 +35,7 @@ use surefoot_shared_types::message::PlanChunk;
 
 use crate::base::capacity::ArenaFull;
 use crate::constraints::constraints::Constraints;
-use crate::foot_placement::Scratch;
+use crate::foot_placement::{Scratch, Surfaces};
 use crate::motion::ids::{TransitionId, boundary_of};
 use crate::motion::mode_graph::ModeGraph;
 use crate::pipeline::bottlenecks::Bottleneck;
@@ -43,6 +44,7 @@ use crate::pipeline::connection::ConnectionStage;
 use crate::pipeline::direct_stage::DirectStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
+use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::{Bound, Outcome, Status};
 use crate::pipeline::outcome_text;
 use crate::pipeline::primitive_steps::PrimitiveStage;
@@ -60,6 +62,7 @@ use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::{Event, Stage, WorkCategory};
 use crate::pipeline::stage_table;
+use crate::preparation::Preparation;
 use crate::preparation::planning_context::PlanningContext;
 use crate::relaxation::Obstruction;
 use crate::timing::path_point::{PathPoint, PathSpan};
@@ -89,6 +92,7 @@ pub(crate) struct Stages {
     pub shortcuts: ShortcutStage,
     pub smooth_path: SmoothPathStage,
     pub chunks: ChunkStage,
+    pub method: MethodStage,
 }
 
 impl Stages {
@@ -120,6 +124,7 @@ impl Stages {
                 let path = self.smooth_path.path();
                 self.chunks.step(context, search, path, budget)
             }
+            Stage::Method => self.method.step(context, search, budget),
             Stage::Over => Ok(Event::Continue),
         }
     }
@@ -260,6 +265,16 @@ impl Planner {
         &self.context.constraints
     }
 
+    /// The surfaces on which soles can rest.
+    pub fn surfaces(&self) -> &Surfaces {
+        &self.context.surfaces
+    }
+
+    /// The preparation of the robot.
+    pub fn preparation(&self) -> &Preparation {
+        &self.context.preparation
+    }
+
     /// Number of waypoints of the plan, once found.
     pub fn waypoints(&self) -> u64 {
         if self.has_found() { self.stages.chunks.chunks.waypoints() } else { 0 }
@@ -284,7 +299,7 @@ impl Planner {
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 10] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 11] {
         let Self { context, search, stages, .. } = self;
         let nearest_vertices = search.connections.nearest_vertices.capacity() * size_of::<u32>();
         let sequences = stages.sequence.bytes()
@@ -305,6 +320,7 @@ impl Planner {
             ("foot placement", search.footholds.scratch.iter().map(Scratch::heap_bytes).sum()),
             ("shortcuts", stages.shortcuts.bytes()),
             ("smooth path", stages.smooth_path.bytes()),
+            ("method", stages.method.bytes()),
         ]
     }
 }

@@ -18,6 +18,8 @@ use crate::constraints::constraints::Constraints;
 use crate::constraints::tuning::COM_MARGIN_RESERVE;
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use crate::methods::method::{Method, MethodParameters};
+use crate::methods::method_search::MethodSearch;
 use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::SearchBatch;
 use crate::pipeline::chunk_stage::ChunkStage;
@@ -25,6 +27,7 @@ use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::endpoints::StanceSurfaces;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::planner::{Planner, Stages};
 use crate::pipeline::primitive_steps::PrimitiveStage;
@@ -96,6 +99,7 @@ pub struct PlannerBuilder<'a> {
     retrace: (&'a [PlanChunk], usize),
     /// Sole poses with half the sides (m) of the rectangle around each.
     keep_out: Vec<(Pose, [f64; 2])>,
+    method: (Method, MethodParameters),
 }
 
 impl Planner {
@@ -118,6 +122,7 @@ impl Planner {
             rest_state: None,
             retrace: (&[], 0),
             keep_out: Vec::new(),
+            method: (Method::Rpg, MethodParameters::default()),
         }
     }
 }
@@ -154,6 +159,11 @@ impl<'a> PlannerBuilder<'a> {
         Self { retrace: (executed, depth), ..self }
     }
 
+    /// Searches by another method, over the same constraints and work limit.
+    pub fn method(self, method: Method, parameters: MethodParameters) -> Self {
+        Self { method: (method, parameters), ..self }
+    }
+
     /// Keeps soles out of a rectangle with these half sides (m) around a sole pose; see
     /// [`CollisionModel::add_keep_out_zone`].
     pub fn keep_out(mut self, world_from_sole: Pose, half_sides: [f64; 2]) -> Self {
@@ -170,7 +180,10 @@ impl<'a> PlannerBuilder<'a> {
         let (context, placement) = self.context()?;
         let config = &self.scenario.planner;
         let search = self.search(&context, &placement);
-        let endpoints = EndpointStage::new(self.scenario);
+        let (method, parameters) = self.method;
+        let method = MethodStage { search: MethodSearch::new(method, parameters, config) };
+        let mut endpoints = EndpointStage::new(self.scenario);
+        endpoints.is_other_method = method.search.is_some();
         let edges_max = config.configurations_max as usize;
         let stages = Stages {
             route: RouteStage::new(
@@ -193,6 +206,7 @@ impl<'a> PlannerBuilder<'a> {
                 config.waypoints_max as usize,
             ),
             chunks: ChunkStage::new(self.chunks(&context), self.timing()),
+            method,
         };
         let mut planner = Planner { context, search, stages, stage: Stage::Endpoints };
         self.begin_in_rest_state(&mut planner)?;

@@ -37,12 +37,15 @@ pub enum Stage {
     SmoothPath,
     /// The plan's chunks are written and finalized.
     Chunks,
+    /// Another method than the stages from `Route` to `Recovery` searches the walk.
+    Method,
     /// The search has ended.
     Over,
 }
 
 impl Stage {
-    /// The category that its work counts for; none for stages that spend no work.
+    /// The category that its work counts for; none for stages that spend no work, and for another
+    /// method, which counts its work itself.
     pub fn category(self) -> Option<WorkCategory> {
         match self {
             Self::Endpoints => Some(WorkCategory::Endpoints),
@@ -55,7 +58,7 @@ impl Stage {
             Self::Primitives | Self::Motions => Some(WorkCategory::Motions),
             Self::Shortcuts | Self::SmoothPath => Some(WorkCategory::Shortcuts),
             Self::Chunks => Some(WorkCategory::Chunks),
-            Self::Segments | Self::Recovery | Self::Over => None,
+            Self::Segments | Self::Recovery | Self::Method | Self::Over => None,
         }
     }
 }
@@ -68,8 +71,10 @@ pub enum Event {
     Continue,
     /// The stage is complete.
     Done,
-    /// The robot cannot stand at the start or at the goal.
+    /// The robot cannot stand at the start or at the goal, or a method ends without a plan.
     Invalid,
+    /// Another method is to search the walk.
+    OtherMethod,
     /// The goal is near: direct steps come before any guide route.
     Near,
     /// There is a new guide route.

@@ -20,9 +20,13 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 36] = [
+pub const TRANSITIONS: [Transition; 40] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
+    row(Stage::Endpoints, Event::OtherMethod, Stage::Method),
+    row(Stage::Method, Event::Complete, Stage::Shortcuts),
+    row(Stage::Method, Event::NoWorkLeft, Stage::SmoothPath),
+    row(Stage::Method, Event::Invalid, Stage::Over),
     row(Stage::Route, Event::Near, Stage::DirectSteps),
     row(Stage::DirectSteps, Event::Done, Stage::Segments),
     row(Stage::DirectSteps, Event::NewRoute, Stage::Route),

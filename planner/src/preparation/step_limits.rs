@@ -122,6 +122,15 @@ impl StepLimits {
         self.may_touch(0, left, right) && self.may_touch(1, right, left)
     }
 
+    /// R_max: the longest step between level soles of any direction and turn, m.
+    pub fn longest_level_step(&self) -> f64 {
+        let level = self.lengths.as_flattened().iter().map(|lengths| &lengths[CLIMBS / 2]);
+        let longest = |longest: f64, [shortest, length]: &[f64; 2]| {
+            if shortest <= length { longest.max(*length) } else { longest }
+        };
+        level.flatten().fold(0.0, longest)
+    }
+
     /// Upper bound of the distance between soles, m.
     pub fn reach(&self) -> f64 {
         self.reach

@@ -7,6 +7,7 @@ use crate::commands::bench::goals;
 use crate::commands::bench::ipc;
 use crate::commands::bench::late;
 use crate::commands::bench::lower_bound;
+use crate::commands::bench::methods::{methods_bench, rho_bench, theory_bench};
 use crate::commands::bench::replan::replan_bench;
 use crate::commands::bench::scale::scale_bench;
 use crate::commands::bench::soak::soak_bench;
@@ -33,5 +34,8 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
         BenchCommand::Goals(arguments) => goals::run(arguments),
         BenchCommand::Late(arguments) => late::run(arguments),
+        BenchCommand::Methods(arguments) => methods_bench::run(arguments),
+        BenchCommand::Rho(arguments) => rho_bench::run(arguments),
+        BenchCommand::Theory(arguments) => theory_bench::run(arguments),
     }
 }

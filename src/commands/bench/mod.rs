@@ -8,6 +8,7 @@ pub mod journal;
 pub mod late;
 pub mod lower_bound;
 pub mod machine;
+pub mod methods;
 pub mod pieces;
 pub mod replan;
 pub mod row;

@@ -181,7 +181,11 @@ impl TrialSetup<'_> {
         .build()?)
     }
 
-    fn check_result(&self, planner: &Planner) -> Result<String, CommandError> {
+    /// The result of the controller's checks of a plan: `accepted` or the first violation.
+    ///
+    /// # Errors
+    /// The plan cannot be checked.
+    pub fn check_result(&self, planner: &Planner) -> Result<String, CommandError> {
         let folder = Path::new(".");
         let plan = plan_from_chunks(
             &self.inputs.model,

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 
 use surefoot_planner::channel::plan_publisher::Delivery;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
+use surefoot_planner::methods::method::{Method, MethodParameters};
 use surefoot_planner::preparation::Preparation;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
@@ -49,6 +50,8 @@ pub(crate) struct PlanningTask {
     pub(crate) plan_id: u64,
     /// Number of times that the plan was replanned.
     pub(crate) epoch: u64,
+    /// The method that searches, with its parameters.
+    pub(crate) method: (Method, MethodParameters),
 }
 
 impl PlanningTask {
@@ -64,6 +67,7 @@ impl PlanningTask {
             retrace_depth: 0,
             plan_id: 1,
             epoch: 0,
+            method: (Method::Rpg, MethodParameters::default()),
         }
     }
 
@@ -106,7 +110,8 @@ impl PlanningTask {
             .map_or(chunks, |count| &chunks[..count.min(chunks.len())]);
         let walked = if is_own { walked_after(self.walked, accepted, back) } else { vec![] };
         let (plan_id, chunks) = (feedback.plan_id, chunks.len() as u64);
-        Ok(Self { plan_id, epoch, chunks, walked, retrace_depth: 0, ..self }
+        let method = (Method::Rpg, MethodParameters::default());
+        Ok(Self { plan_id, epoch, chunks, walked, retrace_depth: 0, method, ..self }
             .at_rest_state(inputs, feedback)?)
     }
 
@@ -157,6 +162,7 @@ impl PlanningTask {
     ) -> Result<Planner, PlannerError> {
         let mut builder = Planner::builder(model, &self.world, &self.scenario, preparation)
             .threads(threads)
+            .method(self.method.0, self.method.1)
             .plan_name(self.plan_id, self.epoch);
         if let Some(rest_state) = &self.rest_state {
             builder = builder.start_in(rest_state).retrace(&self.walked, self.retrace_depth);

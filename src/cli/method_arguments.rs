@@ -1,0 +1,55 @@
+//! The options of the methods.
+
+use clap::Args;
+use surefoot_planner::methods::method::{Method, MethodParameters};
+
+/// The parameters of the methods w-rpg and mmprm.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct MethodArguments {
+    /// w-rpg: samples of C_N of one round
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = MethodParameters::default().route_samples,
+        value_parser = clap::value_parser!(u32).range(1..=1_000)
+    )]
+    pub route_samples: u32,
+    /// w-rpg, mmprm: placements of each foot of one round
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = MethodParameters::default().placements,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
+    pub placements: u32,
+    /// w-rpg: radius of the discs about the route, relative to the longest level step
+    #[arg(
+        long,
+        value_name = "X",
+        default_value_t = MethodParameters::default().disc_radius_share,
+        value_parser = positive
+    )]
+    pub rho: f64,
+    /// w-rpg, mmprm: most rounds; 0: until the work limit
+    #[arg(long, value_name = "N", default_value_t = MethodParameters::default().rounds_max)]
+    pub rounds_max: u32,
+}
+
+impl MethodArguments {
+    /// The parameters.
+    pub fn parameters(self) -> MethodParameters {
+        let Self { route_samples, placements, rho, rounds_max } = self;
+        MethodParameters { route_samples, placements, disc_radius_share: rho, rounds_max }
+    }
+}
+
+/// A method by its name.
+pub fn method(name: &str) -> Result<Method, String> {
+    let names = Method::ALL.map(Method::name).join(", ");
+    Method::from_name(name).ok_or_else(|| format!("one of {names} is needed"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
+    number.ok_or_else(|| "a positive number is needed".into())
+}
