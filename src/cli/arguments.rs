@@ -8,6 +8,7 @@ use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
+use crate::cli::robot_arguments::RobotCommand;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// Largest rate of simulated time, in multiples of real time.
@@ -48,6 +49,9 @@ pub enum Command {
     Monitor(MonitorArguments),
     /// Prepare a robot once, so that no walk has to wait for it
     Prepare(PrepareArguments),
+    /// Describe a robot of your own, or show one
+    #[command(subcommand)]
+    Robot(RobotCommand),
     /// Run the controller's checks on an exported plan
     Check(CheckArguments),
     /// Print the parameters of the planner and the checker
@@ -85,6 +89,9 @@ pub struct NewArguments {
     /// The folder; it is made if it does not exist
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
+    /// The robot of the scenario, instead of a copy of the shipped one
+    #[arg(long, value_name = "ROBOT.toml")]
+    pub robot: Option<PathBuf>,
 }
 
 /// `surefoot picture`.
@@ -177,7 +184,7 @@ pub struct ControlArguments {
     /// The scenario of the plan
     pub scenario: PathBuf,
     /// The seed of the plan, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number)]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static", value_parser = motion)]
@@ -240,7 +247,7 @@ pub struct RequestArguments {
     #[arg(long)]
     pub replan: bool,
     /// The seed of the search
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number)]
     pub seed: u64,
     /// Work limit of the search, units; 0: the scenario's
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -273,6 +280,10 @@ fn stance(text: &str) -> Result<StanceArgument, String> {
 fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && *number <= NUMBER_MAX);
     number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
+}
+
+fn whole_number(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "a whole number is needed, 0 or more".to_owned())
 }
 
 fn motion(name: &str) -> Result<MotionKind, String> {
@@ -351,7 +362,7 @@ pub struct SearchArguments {
     /// shows
     pub scenario: PathBuf,
     /// The seed of the search, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number)]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static", value_parser = motion)]

@@ -2,3 +2,4 @@
 
 pub mod arguments;
 pub mod bench_arguments;
+pub mod robot_arguments;

@@ -4,7 +4,7 @@ use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
     check, completions, config, control, doctor, explain, list, man, monitor, new, picture, plan,
-    prepare, request, walk,
+    prepare, request, robot, walk,
 };
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
@@ -20,6 +20,7 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Request(arguments) => request::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Prepare(arguments) => prepare::run(arguments),
+        Command::Robot(command) => robot::run(command),
         Command::Check(arguments) => check::run(arguments),
         Command::Config(ConfigCommand::Show(arguments)) => config::run(arguments),
         Command::Bench(arguments) => command::run(arguments),

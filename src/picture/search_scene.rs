@@ -49,7 +49,7 @@ impl PictureScene {
 }
 
 /// The root's pose of the robot that stands on a stance in its standing posture.
-fn world_from_root(model: &RobotModel, stance: &StancePose) -> Pose {
+pub(crate) fn world_from_root(model: &RobotModel, stance: &StancePose) -> Pose {
     let kinematics = Kinematics::new(model);
     let mut links = vec![Pose::IDENTITY; kinematics.links_len()];
     kinematics.forward(&Pose::IDENTITY, &model.standing_q, &mut links);
