@@ -9,7 +9,7 @@ use clap::{Args, Subcommand};
 pub enum RobotCommand {
     /// Write the robot.toml of a URDF: legs, soles, standing posture, locked joints
     Add(RobotAddArguments),
-    /// Show what is read of a robot, with a picture
+    /// Show a robot as it is read, with a picture
     Inspect(RobotInspectArguments),
 }
 

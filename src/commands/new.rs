@@ -8,7 +8,7 @@ use surefoot_shared_types::robot::load::load_robot;
 use crate::cli::arguments::NewArguments;
 use crate::input::output_files::write_text;
 use crate::input::shipped::bytes_of;
-use crate::input::standing::stance_width;
+use crate::input::stance_measures::stance_width;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
 

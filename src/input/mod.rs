@@ -5,4 +5,4 @@ pub mod inputs;
 pub mod output_files;
 pub mod preparation_cache;
 pub mod shipped;
-pub mod standing;
+pub mod stance_measures;

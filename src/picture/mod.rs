@@ -13,7 +13,6 @@ pub(crate) mod paint;
 pub(crate) mod raster;
 pub mod render;
 pub(crate) mod renderer;
-pub(crate) mod robot_scene;
 pub(crate) mod scene;
 pub(crate) mod search_scene;
 pub(crate) mod stroke;

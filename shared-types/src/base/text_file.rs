@@ -84,7 +84,7 @@ impl TextFile {
     /// The whole text as a TOML document of a kind.
     pub(crate) fn parse_toml<T: DeserializeOwned>(&self, kind: FileKind) -> Result<T, InputError> {
         toml::from_str(&self.text).map_err(|error| {
-            let message = with_remedy(one_line(error.message()));
+            let message = with_advice(one_line(error.message()));
             let message = InputError::file(&self.path, message);
             let message = match error.span() {
                 Some(span) => message.at_line(line_at(self.text.as_bytes(), span.start)),
@@ -201,7 +201,7 @@ fn line_at(text: &[u8], offset: usize) -> usize {
 
 /// The message with what to do: for an unknown name the one that was probably meant, instead of all
 /// that are known; what kind of value is needed; that a missing one is to be stated.
-fn with_remedy(message: String) -> String {
+fn with_advice(message: String) -> String {
     if message.starts_with("missing field") {
         return message + "; state it";
     }

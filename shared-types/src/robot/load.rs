@@ -361,14 +361,14 @@ fn standing_posture(
         let Some((position, location)) = spec.standing.get(&joint.name) else { return neutral };
         if !(joint.lower..=joint.upper).contains(position) {
             let limits = format!("{}..{}", joint.lower, joint.upper);
-            let remedy = if position.abs() > std::f64::consts::TAU {
+            let advice = if position.abs() > std::f64::consts::TAU {
                 "angles are in radians"
             } else {
                 "choose one between them"
             };
             complaints.push(location.error(
                 format!("[standing] '{}'", joint.name),
-                format!("is {position}, outside the joint's limits {limits}; {remedy}"),
+                format!("is {position}, outside the joint's limits {limits}; {advice}"),
             ));
         }
         *position

@@ -17,23 +17,15 @@ use crate::robot_draft::foot_choice::choose_feet;
 use crate::robot_draft::foot_search::mirrored_pairs;
 use crate::robot_draft::heading::Heading;
 use crate::robot_draft::locks::{Limbs, limbs};
+use crate::robot_draft::options::DraftOptions;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 use crate::robot_draft::sole_search::find_sole;
-use crate::robot_draft::standing::{DraftLeg, Standing, StandingSearch};
+use crate::robot_draft::standing::{DraftLeg, StandingPosture, StandingSearch};
 
 /// Least and most moving joints of a leg that a walk can be planned for.
 const LEG_JOINTS: [usize; 2] = [6, 8];
 /// Positions are written with this many parts of a rad or m.
 const POSITION_PARTS: f64 = 1e5;
-
-/// What the user has decided.
-#[derive(Debug, Clone, Default)]
-pub struct DraftOptions {
-    /// The links of the left and of the right foot.
-    pub feet: Option<[String; 2]>,
-    /// The bend of the knees that is tried first, rad.
-    pub knee_bend: Option<f64>,
-}
 
 /// A value with where it comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,7 +67,7 @@ pub struct RobotDraft {
     /// Left and right.
     pub feet: Vec<DraftFoot>,
     /// Joints that do not stand at 0.
-    pub standing: Vec<Noted<f64>>,
+    pub posture: Vec<Noted<f64>>,
     /// Joints that are locked.
     pub locked: Vec<Noted<f64>>,
     /// Links whose looks stand for their shapes.
@@ -92,7 +84,7 @@ impl RobotDraft {
     /// Drafts the robot file of a URDF.
     ///
     /// # Errors
-    /// All that is out of order in the URDF and its meshes; feet that cannot be told from others,
+    /// All that is out of order in the URDF and its meshes; feet that cannot be distinguished from others,
     /// with the candidates; legs that a walk cannot be planned for.
     pub fn from_urdf(path: &Path, options: &DraftOptions) -> Result<Self, InputError> {
         let mut complaints = Vec::new();
@@ -113,7 +105,7 @@ impl RobotDraft {
     }
 }
 
-/// What is known of the robot before its posture is.
+/// The parts of the robot that are found before its posture.
 struct DraftParts<'a> {
     skeleton: &'a Skeleton<'a>,
     shapes: &'a LinkShapes,
@@ -148,7 +140,7 @@ impl DraftParts<'_> {
             root,
             root_yaw: turns.then_some(root_yaw),
             feet: legs.iter().zip(FOOT_NAMES).map(|(leg, name)| self.foot(leg, name)).collect(),
-            standing: self.standing(&standing, &neutral, &legs),
+            posture: self.posture(&standing, &neutral, &legs),
             locked: self.locked(&neutral),
             visual_shapes: self.visual_shapes(&legs),
             effort_limits: self.efforts(),
@@ -246,9 +238,9 @@ impl DraftParts<'_> {
         joint.map_or(rounded, |joint| rounded.clamp(joint.lower, joint.upper))
     }
 
-    fn standing(
+    fn posture(
         &self,
-        standing: &Standing,
+        standing: &StandingPosture,
         neutral: &[f64],
         legs: &[DraftLeg; 2],
     ) -> Vec<Noted<f64>> {

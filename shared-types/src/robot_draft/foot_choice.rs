@@ -4,10 +4,10 @@ use crate::base::closest::closest;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::robot_draft::body::LinkShapes;
-use crate::robot_draft::draft::DraftOptions;
 use crate::robot_draft::foot_search::{MirroredPair, mirrored_pairs, standing_pairs};
 use crate::robot_draft::heading::{Heading, HeadingError, heading_of, yaw_of};
 use crate::robot_draft::mirror::Side;
+use crate::robot_draft::options::DraftOptions;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
 /// Most candidates that a message names.
@@ -18,7 +18,7 @@ const ELEMENT: &str = "feet";
 /// The feet that the user names, or the only ones that the robot can stand on.
 ///
 /// # Errors
-/// None or several pairs could be feet, or left and right cannot be told.
+/// None or several pairs could be feet, or left and right cannot be distinguished.
 pub(crate) fn choose_feet(
     skeleton: &Skeleton,
     shapes: &LinkShapes,
@@ -47,7 +47,7 @@ fn heading_message(skeleton: &Skeleton, error: HeadingError, feet: &MirroredPair
     let lines = format!("--feet {left},{right} or --feet {right},{left}");
     match error {
         HeadingError::Unknown => {
-            format!("neither names nor toes tell which is the left one; add {lines}")
+            format!("neither names nor toes show which is the left one; add {lines}")
         }
         HeadingError::Contradiction => {
             format!(

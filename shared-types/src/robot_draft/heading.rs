@@ -25,7 +25,7 @@ pub(crate) struct Heading {
     pub(crate) source: &'static str,
 }
 
-/// Why left and right cannot be told.
+/// Why left and right cannot be distinguished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HeadingError {
     /// The names say nothing, and the soles lie symmetric to their ankles.
@@ -34,7 +34,7 @@ pub(crate) enum HeadingError {
     Contradiction,
 }
 
-/// Tells left from right by the names, and by the toes where the names say nothing.
+/// Distinguishes left from right by the names, and by the toes where the names say nothing.
 pub(crate) fn heading_of(
     skeleton: &Skeleton,
     shapes: &LinkShapes,

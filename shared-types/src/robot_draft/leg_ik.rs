@@ -18,14 +18,14 @@ const LIMIT_MARGIN: f64 = 0.05;
 const LIMIT_MARGIN_SHARE: f64 = 0.05;
 
 /// A frame to be placed by the joints of a chain.
-pub(crate) struct Placement<'a> {
+pub(crate) struct FrameTarget<'a> {
     pub(crate) chain: &'a [NodeIndex],
     pub(crate) body: NodeIndex,
     pub(crate) body_from_frame: Pose,
     pub(crate) root_from_target: Pose,
 }
 
-impl Placement<'_> {
+impl FrameTarget<'_> {
     /// Moves the chain's joints from where they are until the frame is at its target. Returns
     /// whether it is.
     pub(crate) fn solve(&self, skeleton: &Skeleton, positions: &mut [f64]) -> bool {

@@ -1,4 +1,4 @@
-//! Which joints are locked: fingers, heads, toes, and what is more than a plan can hold.
+//! Which joints are locked: fingers, heads, toes, and joints beyond those that a plan holds.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ const ARM_JOINTS_MAX: usize = 10;
 /// The limbs of a robot and the joints that are locked.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Limbs {
-    /// The arms, left first where their names tell; each as long as it does not branch.
+    /// The arms, left first where their names show it; each as long as it does not branch.
     pub(crate) arms: Vec<[Vec<NodeIndex>; 2]>,
     /// Locked nodes and why.
     pub(crate) locked: BTreeMap<NodeIndex, &'static str>,
@@ -41,7 +41,7 @@ pub(crate) fn limbs(skeleton: &Skeleton, pairs: &[MirroredPair], feet: &Mirrored
     }
     lock_unusable(skeleton, feet, &mut limbs);
     lock_surplus(skeleton, &mut limbs);
-    lock_followers(skeleton, &mut limbs);
+    lock_mimicked(skeleton, &mut limbs);
     limbs
 }
 
@@ -138,7 +138,7 @@ fn lock_surplus(skeleton: &Skeleton, limbs: &mut Limbs) {
     let count = |limbs: &Limbs| {
         skeleton
             .moving()
-            .filter(|node| !limbs.locked.contains_key(node) && !is_follower(skeleton, *node))
+            .filter(|node| !limbs.locked.contains_key(node) && !is_mimic(skeleton, *node))
             .count()
     };
     for back in 0..ARM_JOINTS_MAX {
@@ -157,23 +157,23 @@ fn lock_surplus(skeleton: &Skeleton, limbs: &mut Limbs) {
     }
 }
 
-fn is_follower(skeleton: &Skeleton, node: NodeIndex) -> bool {
+fn is_mimic(skeleton: &Skeleton, node: NodeIndex) -> bool {
     skeleton.nodes[node].joint.as_ref().is_some_and(|joint| joint.follows.is_some())
 }
 
 /// A joint that mimics another one is held with it, and not listed; where the other one moves, it
 /// is locked, too.
-fn lock_followers(skeleton: &Skeleton, limbs: &mut Limbs) {
-    let followers: Vec<(NodeIndex, NodeIndex)> = skeleton
+fn lock_mimicked(skeleton: &Skeleton, limbs: &mut Limbs) {
+    let mimics: Vec<(NodeIndex, NodeIndex)> = skeleton
         .moving()
         .filter_map(|node| {
             let (leader, _, _) = skeleton.nodes[node].joint.as_ref()?.follows?;
             Some((node, leader))
         })
         .collect();
-    for (node, leader) in &followers {
+    for (node, leader) in &mimics {
         limbs.locked.remove(node);
-        if !followers.iter().any(|(other, _)| other == leader) {
+        if !mimics.iter().any(|(other, _)| other == leader) {
             limbs.locked.entry(*leader).or_insert("another joint mimics it");
         }
     }

@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_tell_the_side() {
+    fn names_show_the_side() {
         for (left, right) in [
             ("left_foot", "right_foot"),
             ("LeftFootLeft", "RightFootRight"),

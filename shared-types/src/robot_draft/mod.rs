@@ -14,6 +14,7 @@ pub(crate) mod heading;
 pub(crate) mod leg_ik;
 pub(crate) mod locks;
 pub(crate) mod mirror;
+pub mod options;
 pub(crate) mod skeleton;
 pub(crate) mod sole_search;
 pub(crate) mod standing;
@@ -21,4 +22,5 @@ pub(crate) mod standing;
 mod tests;
 pub mod text;
 
-pub use draft::{DraftFoot, DraftOptions, Noted, RobotDraft};
+pub use draft::{DraftFoot, Noted, RobotDraft};
+pub use options::DraftOptions;

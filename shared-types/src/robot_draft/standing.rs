@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::base::spatial::{Pose, rotation_about};
-use crate::robot_draft::leg_ik::{Placement, usable_range};
+use crate::robot_draft::leg_ik::{FrameTarget, usable_range};
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
 /// Bends of the knees that are tried in this order, rad.
@@ -30,7 +30,7 @@ pub(crate) struct DraftLeg {
 
 /// The positions of all nodes' joints as the robot stands, and the bend of its knees.
 #[derive(Debug, Clone)]
-pub(crate) struct Standing {
+pub(crate) struct StandingPosture {
     pub(crate) positions: Vec<f64>,
     /// Signed rotation about the lateral axis, rad.
     pub(crate) knee_bend: f64,
@@ -56,7 +56,7 @@ struct Targets {
 impl StandingSearch<'_> {
     /// The first posture that places both soles, with the other joints at `neutral`; the bend
     /// `first` is tried before the others.
-    pub(crate) fn solve(&self, neutral: &[f64], first: Option<f64>) -> Option<Standing> {
+    pub(crate) fn solve(&self, neutral: &[f64], first: Option<f64>) -> Option<StandingPosture> {
         first.iter().chain(&KNEE_BENDS).find_map(|bend| self.with_bend(neutral, *bend))
     }
 
@@ -64,7 +64,7 @@ impl StandingSearch<'_> {
         rotation_about(DVec3::Z, self.yaw)
     }
 
-    fn with_bend(&self, neutral: &[f64], bend: f64) -> Option<Standing> {
+    fn with_bend(&self, neutral: &[f64], bend: f64) -> Option<StandingPosture> {
         let mut positions = neutral.to_vec();
         let knee_bend = self.bend(&self.legs[0], bend, &mut positions)?;
         self.bend(&self.legs[1], bend, &mut positions)?;
@@ -74,7 +74,7 @@ impl StandingSearch<'_> {
             self.balance(&mut targets, &positions);
         }
         self.place(&targets, &mut positions).then_some(())?;
-        Some(Standing { positions, knee_bend })
+        Some(StandingPosture { positions, knee_bend })
     }
 
     /// The joints of a leg that turn about the lateral axis, with their sense.
@@ -104,12 +104,12 @@ impl StandingSearch<'_> {
     fn bend(&self, leg: &DraftLeg, bend: f64, positions: &mut [f64]) -> Option<f64> {
         let (pitch, at) = self.knee(leg, &self.skeleton.poses(positions))?;
         let (knee, sense) = pitch[at];
-        let room = |sign: f64| {
+        let range_left = |sign: f64| {
             let (lower, upper) = usable_range(self.skeleton, knee);
             if sign * sense > 0.0 { upper - positions[knee] } else { positions[knee] - lower }
         };
         // Knees bend forward where their limits let them, as a rotation to the left does.
-        let sign = if room(1.0) >= bend.min(room(-1.0)) { 1.0 } else { -1.0 };
+        let sign = if range_left(1.0) >= bend.min(range_left(-1.0)) { 1.0 } else { -1.0 };
         let before = at.checked_sub(1).map(|hip| (pitch[hip], -0.5));
         let after = pitch.get(at + 1).map(|ankle| (*ankle, -0.5));
         for ((node, sense), share) in before.into_iter().chain([(pitch[at], 1.0)]).chain(after) {
@@ -162,13 +162,13 @@ impl StandingSearch<'_> {
         let heading = self.heading();
         let place = |(limb, leg): (usize, &DraftLeg), positions: &mut [f64]| {
             let at = DVec3::new(targets.x[limb], targets.y[limb], targets.z);
-            let placement = Placement {
+            let target = FrameTarget {
                 chain: &leg.chain,
                 body: leg.body,
                 body_from_frame: leg.body_from_sole,
                 root_from_target: Pose::from_parts(heading * at, heading),
             };
-            placement.solve(self.skeleton, positions)
+            target.solve(self.skeleton, positions)
         };
         self.legs.iter().enumerate().all(|leg| place(leg, positions))
     }

@@ -117,7 +117,7 @@ fn a_root_that_looks_backward_is_turned() {
 }
 
 #[test]
-fn toes_tell_left_from_right_where_names_do_not() {
+fn toes_show_left_and_right_where_names_do_not() {
     let urdf = replaced(&replaced(&hubo(), "left_", "one_"), "right_", "two_");
     let (draft, _) = drafted(&urdf);
     assert_eq!(draft.feet[0].link, "one_foot");
@@ -230,7 +230,7 @@ fn fingers() -> String {
 }
 
 #[test]
-fn fingers_and_heads_are_locked_and_followers_go_with_them() {
+fn fingers_and_heads_are_locked_and_mimics_go_with_them() {
     let (draft, model) = drafted(&fingers());
     let names: Vec<&str> = draft.locked.iter().map(|joint| joint.name.as_str()).collect();
     for name in ["neck", "left_finger_joint", "right_finger_joint"] {
@@ -261,7 +261,7 @@ fn named_feet_are_taken_or_asked_about() {
 }
 
 #[test]
-fn a_robot_without_feet_hears_what_to_add() {
+fn a_robot_without_feet_is_answered_with_a_line_to_add() {
     let error = refusal(&changed(&hubo(), "<joint name=\"left_hip_yaw\"", "</joint>", |joint| {
         joint.replace("xyz=\"0 ", "xyz=\"0.3 ")
     }));

@@ -14,7 +14,7 @@ const DECIMALS: usize = 5;
 pub fn robot_file(draft: &RobotDraft, urdf: &Path) -> String {
     let mut text = format!(
         "# {}: drafted by 'surefoot robot add' from its URDF. Metres and radians.\n\
-         # Every value may be changed; 'surefoot robot inspect' shows what is read.\n\
+         # Every value may be changed; 'surefoot robot inspect' shows the robot as it is read.\n\
          urdf = {}    # relative to this file\n\
          root = {}    # the URDF's root link\n",
         one_line(&draft.name),
@@ -33,7 +33,7 @@ pub fn robot_file(draft: &RobotDraft, urdf: &Path) -> String {
         "Estimates, rad/s: replace them by the maker's values.",
     ];
     let tables = [
-        ("standing", &draft.standing),
+        ("standing", &draft.posture),
         ("locked", &draft.locked),
         ("effort_limits", &draft.effort_limits),
         ("velocity_limits", &draft.velocity_limits),

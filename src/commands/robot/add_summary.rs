@@ -37,7 +37,7 @@ pub(crate) fn summary(
     lines.extend(draft.feet.iter().map(foot_line));
     lines.push(format!(
         "  standing   {} joints off 0: knees bent, soles level",
-        draft.standing.len()
+        draft.posture.len()
     ));
     lines.extend(locked_lines(&draft.locked));
     lines.extend(estimate_lines(draft));

@@ -1,4 +1,4 @@
-//! `surefoot robot inspect`: what is read of a robot.
+//! `surefoot robot inspect`: a robot as it is read.
 
 use std::path::{Path, PathBuf};
 

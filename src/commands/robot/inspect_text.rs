@@ -3,12 +3,12 @@
 use serde_json::{Value, json};
 use surefoot_shared_types::robot::model::{Joint, JointKind, RobotModel};
 
-use crate::input::standing::{stance_width, standing_height};
+use crate::input::stance_measures::{stance_width, standing_height};
 
 /// Pairs on one line of the text.
 const PAIRS_PER_LINE: usize = 3;
 
-/// What is read of a robot, as text.
+/// A robot as it is read, as text.
 pub(crate) fn text(model: &RobotModel, allowed: &[[String; 2]]) -> String {
     let mut lines = vec![
         format!("{} ({})", model.name, model.urdf_path.display()),
@@ -82,7 +82,7 @@ fn units(kind: JointKind) -> [&'static str; 2] {
     }
 }
 
-/// What is read of a robot, as one JSON object.
+/// A robot as it is read, as one JSON object.
 pub(crate) fn json(model: &RobotModel, allowed: &[[String; 2]]) -> String {
     let joint = |(at, joint): (usize, &Joint)| {
         json!({

@@ -13,7 +13,7 @@ use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 use crate::input::preparation_cache;
-use crate::input::standing::stance_width;
+use crate::input::stance_measures::stance_width;
 use crate::report::command_error::CommandError;
 use crate::system::cores;
 
