@@ -84,8 +84,8 @@ impl RobotDraft {
     /// Drafts the robot file of a URDF.
     ///
     /// # Errors
-    /// All that is out of order in the URDF and its meshes; feet that cannot be distinguished from others,
-    /// with the candidates; legs that a walk cannot be planned for.
+    /// All that is out of order in the URDF and its meshes; feet that cannot be distinguished from
+    /// others, with the candidates; legs that a walk cannot be planned for.
     pub fn from_urdf(path: &Path, options: &DraftOptions) -> Result<Self, InputError> {
         let mut complaints = Vec::new();
         let urdf = read_urdf(path, &mut complaints)?;

@@ -218,7 +218,7 @@ fn fingers() -> String {
              link=\"{child}\"/><limit lower=\"0.1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>{more}</joint>"
         )
     };
-    let mut added = link("head") + &joint("neck", "torso", "head", "");
+    let mut added = link("skull") + &joint("nape", "torso", "skull", "");
     for side in ["left", "right"] {
         let (hand, tip) = (format!("{side}_finger"), format!("{side}_tip"));
         let mimic = format!("<mimic joint=\"{hand}_joint\" multiplier=\"1\"/>");
@@ -233,12 +233,12 @@ fn fingers() -> String {
 fn fingers_and_heads_are_locked_and_mimics_go_with_them() {
     let (draft, model) = drafted(&fingers());
     let names: Vec<&str> = draft.locked.iter().map(|joint| joint.name.as_str()).collect();
-    for name in ["neck", "left_finger_joint", "right_finger_joint"] {
+    for name in ["nape", "left_finger_joint", "right_finger_joint"] {
         assert!(names.contains(&name), "{names:?}");
     }
     assert!(!names.contains(&"left_tip_joint"), "{names:?}");
-    let neck = draft.locked.iter().find(|joint| joint.name == "neck").unwrap();
-    assert_eq!(neck.value, 0.1);
+    let nape = draft.locked.iter().find(|joint| joint.name == "nape").unwrap();
+    assert_eq!(nape.value, 0.1);
     assert!(model.locked_joints.iter().any(|locked| locked.joint.name == "left_tip_joint"));
 }
 
@@ -263,7 +263,7 @@ fn named_feet_are_taken_or_asked_about() {
 #[test]
 fn a_robot_without_feet_is_answered_with_a_line_to_add() {
     let error = refusal(&changed(&hubo(), "<joint name=\"left_hip_yaw\"", "</joint>", |joint| {
-        joint.replace("xyz=\"0 ", "xyz=\"0.3 ")
+        joint.replace("0.0885 0\"", "0.0885 0.3\"")
     }));
     assert!(error.contains("--feet"), "{error}");
 }

@@ -27,8 +27,8 @@ const OTHER_BENDS: [f64; 2] = [0.8, 0.3];
 /// the outcome says so.
 ///
 /// # Errors
-/// The URDF cannot be used, its feet cannot be distinguished, the robot cannot stand, or the file exists or
-/// cannot be written.
+/// The URDF cannot be used, its feet cannot be distinguished, the robot cannot stand, or the file
+/// exists or cannot be written.
 pub fn run(arguments: &RobotAddArguments) -> Result<CommandOutcome, CommandError> {
     let folder = match &arguments.out {
         Some(folder) => folder.clone(),
