@@ -210,7 +210,7 @@ fn the_doctor_finds_this_machine_fit() {
         "open files",
         "locked memory",
         "64 chunks delivered",
-        "bytes of arenas",
+        "MiB of arenas",
         "good     robot: 'hubo' on ",
     ] {
         assert!(output.out.contains(expected), "'{expected}' is not in: {}", output.out);

@@ -77,6 +77,7 @@ fn robot() -> RobotModel {
         feet: vec![foot("left", 1), foot("right", 2)],
         standing_q: vec![0.0, 0.0],
         locked_joints: Vec::new(),
+        additions: Default::default(),
         digest: Digest::default(),
     }
 }
@@ -128,6 +129,7 @@ fn plan() -> PlanFile {
             effort_limits: BTreeMap::new(),
             acceleration_limits: BTreeMap::new(),
             effort_scale: None,
+            urdf_additions: Default::default(),
         },
         scene: SceneBlock { mu: 0.6, shapes: Vec::new() },
         joint_names: vec!["right_leg".into(), "left_leg".into()],

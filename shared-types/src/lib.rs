@@ -14,6 +14,7 @@ pub mod message;
 pub mod plan_file;
 pub mod plan_format;
 pub mod robot;
+pub mod robot_draft;
 pub mod world;
 
 pub use base::input_error::InputError;

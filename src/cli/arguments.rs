@@ -13,6 +13,7 @@ use crate::cli::method_arguments::{MethodArguments, method};
 use crate::export::format::ExportFormat;
 use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
+use crate::cli::robot_arguments::RobotCommand;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// Largest rate of simulated time, in multiples of real time.
@@ -53,6 +54,9 @@ pub enum Command {
     Monitor(MonitorArguments),
     /// Prepare a robot once, so that no walk has to wait for it
     Prepare(PrepareArguments),
+    /// Describe a robot of your own, or show one
+    #[command(subcommand)]
+    Robot(RobotCommand),
     /// Run the controller's checks on an exported plan
     Check(CheckArguments),
     /// Print the parameters of the planner and the checker
@@ -94,6 +98,9 @@ pub struct NewArguments {
     /// The folder; it is made if it does not exist
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
+    /// The robot of the scenario, instead of a copy of the shipped one
+    #[arg(long, value_name = "ROBOT.toml")]
+    pub robot: Option<PathBuf>,
 }
 
 /// `surefoot picture`.
@@ -236,7 +243,7 @@ pub struct ControlArguments {
     /// The scenario of the plan
     pub scenario: PathBuf,
     /// The seed of the plan, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number)]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
@@ -299,7 +306,7 @@ pub struct RequestArguments {
     #[arg(long)]
     pub replan: bool,
     /// The seed of the search
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number)]
     pub seed: u64,
     /// Work limit of the search, units; 0: the scenario's
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -346,6 +353,10 @@ fn selection(text: &str) -> Result<Selection, String> {
 fn quaternion_order(name: &str) -> Result<QuaternionOrder, String> {
     QuaternionOrder::from_name(name)
         .ok_or_else(|| format!("one of {} is needed", QuaternionOrder::NAMES.join(", ")))
+}
+
+fn whole_number(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "a whole number is needed, 0 or more".to_owned())
 }
 
 fn motion(name: &str) -> Result<MotionKind, String> {
@@ -423,7 +434,7 @@ pub struct SearchArguments {
     /// shows
     pub scenario: PathBuf,
     /// The seed of the search, instead of the scenario's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number)]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]

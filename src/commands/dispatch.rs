@@ -4,7 +4,7 @@ use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
     check, completions, config, control, doctor, explain, export, list, man, monitor, new, picture,
-    plan, prepare, request, view, walk,
+    plan, prepare, request, robot, view, walk,
 };
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
@@ -30,6 +30,7 @@ fn run_command(arguments: &Arguments) -> u8 {
         Command::Request(arguments) => request::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Prepare(arguments) => prepare::run(arguments),
+        Command::Robot(command) => robot::run(command),
         Command::Check(arguments) => check::run(arguments),
         Command::Config(ConfigCommand::Show(arguments)) => config::run(arguments),
         Command::Bench(arguments) => command::run(arguments),

@@ -14,6 +14,7 @@ use crate::commands::doctor::finding::Finding;
 use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::instance::create_own_instance;
+use crate::system::size::mib;
 use crate::system::{cores, terminal};
 
 /// Runs the command.
@@ -76,10 +77,12 @@ fn scenario(path: &Path) -> Vec<Finding> {
 fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {
     let arenas = planner.arena_bytes();
     let total: usize = arenas.iter().map(|(_, bytes)| bytes).sum();
-    let parts: Vec<String> = arenas.iter().map(|(name, bytes)| format!("{name} {bytes}")).collect();
+    let parts: Vec<String> =
+        arenas.iter().map(|(name, bytes)| format!("{name} {:.1}", mib(*bytes))).collect();
     Finding::good(format!(
-        "scenario: '{}' needs {total} bytes of arenas: {}",
+        "scenario: '{}' needs {:.1} MiB of arenas: {}",
         inputs.scenario.name,
+        mib(total),
         parts.join(", ")
     ))
 }

@@ -18,8 +18,14 @@ pub fn run(arguments: &ExplainArguments) -> Result<CommandOutcome, CommandError>
     let path = &arguments.file;
     let text = std::fs::read_to_string(path)
         .map_err(|error| InputError::file(path, format!("cannot be read: {error}")))?;
-    let value: serde_json::Value = serde_json::from_str(&text)
-        .map_err(|error| InputError::file(path, format!("is not JSON: {error}")))?;
+    let value: serde_json::Value = match serde_json::from_str(&text) {
+        Ok(value) => value,
+        // Reading it as a plan says which kind of file it is instead.
+        Err(error) => {
+            load_plan(path)?;
+            return Err(InputError::file(path, format!("is not JSON: {error}")).into());
+        }
+    };
     let lines = if value.get("schema").is_some() {
         plan_facts::lines(&load_plan(path)?, path)?
     } else {

@@ -17,6 +17,7 @@ pub mod picture;
 pub mod plan;
 pub mod prepare;
 pub mod request;
+pub mod robot;
 pub mod search_loop;
 pub mod session;
 pub mod view;

@@ -8,6 +8,7 @@ use surefoot_shared_types::robot::load::load_robot;
 use crate::cli::arguments::PrepareArguments;
 use crate::input::preparation_cache::{Origin, Prepared, obtain};
 use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::size::mib;
 use crate::system::terminal;
 
 /// Runs the command.
@@ -29,8 +30,10 @@ fn summary(robot: &str, prepared: &Prepared) -> String {
         }
         Origin::Built { seconds, saved: None } => format!("made in {seconds:.2} s, not kept"),
     };
-    let head =
-        format!("{robot}: {origin}\n  size         {} bytes", prepared.preparation.bytes().len());
+    let head = format!(
+        "{robot}: {origin}\n  size         {:.1} MiB",
+        mib(prepared.preparation.bytes().len())
+    );
     [head, reach_lines(&prepared.preparation), gait_lines(&prepared.preparation)].join("\n")
 }
 

@@ -6,3 +6,4 @@ pub mod inputs;
 pub mod output_files;
 pub mod preparation_cache;
 pub mod shipped;
+pub mod stance_measures;

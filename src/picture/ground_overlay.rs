@@ -123,7 +123,12 @@ pub fn contacts(
     Ok((footholds, stances))
 }
 
-fn foothold(model: &RobotModel, limb: usize, world_from_sole: Pose, first: usize) -> Foothold {
+pub(crate) fn foothold(
+    model: &RobotModel,
+    limb: usize,
+    world_from_sole: Pose,
+    first: usize,
+) -> Foothold {
     let polygon = &model.feet[limb].polygon;
     let lifted =
         |z: f64| polygon.iter().map(|p| world_from_sole * p.extend(z)).collect::<Vec<DVec3>>();
@@ -137,7 +142,7 @@ fn foothold(model: &RobotModel, limb: usize, world_from_sole: Pose, first: usize
 }
 
 /// The convex hull of the points' horizontal places, counter-clockwise, each with its own height.
-fn hull_from_above(mut points: Vec<DVec3>) -> Vec<DVec3> {
+pub(crate) fn hull_from_above(mut points: Vec<DVec3>) -> Vec<DVec3> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let mut hull = half_hull(points.iter());
     hull.extend(half_hull(points.iter().rev()));

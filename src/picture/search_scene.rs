@@ -1,5 +1,5 @@
-//! A search that found no plan, in drawable form: the robot at the start, the marks of start and
-//! goal, and how far the search came.
+//! Robots that stand, in drawable form: alone, or at the start of a search that found no plan, with
+//! the marks of start and goal, and how far the search came.
 
 use glam::DVec3;
 use surefoot_planner::kinematics::Kinematics;
@@ -11,7 +11,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
 
 use crate::picture::error::PictureError;
-use crate::picture::ground_overlay::EndpointMarker;
+use crate::picture::ground_overlay::{EndpointMarker, Foothold, Stance, foothold, hull_from_above};
 use crate::picture::motion::PlanMotion;
 use crate::picture::scene::PictureScene;
 
@@ -19,6 +19,9 @@ use crate::picture::scene::PictureScene;
 const MARGIN: f64 = 0.3;
 /// How high the lines of the search lie over the ground, m.
 const LINE_LIFT: f64 = 0.02;
+
+/// The middle between the soles is the world's origin; the width is the posture's own.
+const ORIGIN: StancePose = StancePose { position: DVec3::ZERO, yaw: 0.0, stance_width: 0.0 };
 
 impl PictureScene {
     /// Prepares a search without a plan for drawing.
@@ -45,6 +48,25 @@ impl PictureScene {
         scene.tree = trace.tree.iter().map(|edge| edge.each_ref().map(lifted)).collect();
         scene.route = trace.route.iter().map(lifted).collect();
         Ok(scene)
+    }
+
+    /// Prepares a standing robot for drawing.
+    ///
+    /// # Errors
+    /// [`PictureError::Hull`] for a hull without volume, and [`PictureError::NoRobotShapes`].
+    pub fn of_robot(model: &RobotModel, world: &World) -> Result<Self, PictureError> {
+        let motion = PlanMotion::standing(model, world_from_root(model, &ORIGIN));
+        let links = motion.world_from_links(0.0);
+        let footholds: Vec<Foothold> = (0..model.feet.len())
+            .map(|limb| {
+                let foot = &model.feet[limb];
+                foothold(model, limb, links[foot.link] * foot.link_from_sole, 0)
+            })
+            .collect();
+        let corners = footholds.iter().flat_map(|foothold| foothold.outline.clone()).collect();
+        let polygon = hull_from_above(corners);
+        let stance = Stance { first: 0, last: 0, feet: footholds.len(), polygon };
+        Self::of_motion(model, world, motion, (footholds, vec![stance]), Vec::new())
     }
 }
 

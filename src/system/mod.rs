@@ -9,5 +9,6 @@ pub mod limits;
 pub mod memory;
 pub mod memory_file;
 pub mod signals;
+pub mod size;
 pub mod startup;
 pub mod terminal;

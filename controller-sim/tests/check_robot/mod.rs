@@ -100,6 +100,7 @@ pub fn robot() -> RobotModel {
         feet: vec![sole("left", 1), sole("right", 2)],
         standing_q: vec![0.0; 4],
         locked_joints: Vec::new(),
+        additions: Default::default(),
         digest: Digest([1; 32]),
     }
 }

@@ -185,6 +185,7 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
         joints,
         feet: vec![foot],
         locked_joints: vec![],
+        additions: Default::default(),
         digest: Default::default(),
     }
 }

@@ -23,10 +23,14 @@ pub(crate) fn question(path: &Path) -> String {
     let mut names: Vec<String> =
         entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
-    let meant = missing.and_then(|name| {
-        closest(&name, names.iter().map(String::as_str)).map(|meant| folder.join(meant))
+    let meant = missing.as_ref().and_then(|name| {
+        closest(name, names.iter().map(String::as_str)).map(|meant| folder.join(meant))
     });
-    meant.map_or_else(String::new, |meant| format!("; did you mean '{}'?", meant.display()))
+    match meant {
+        Some(meant) => format!("; did you mean '{}'?", meant.display()),
+        None if path.parent().is_some_and(|parent| is_there(&parent)) => String::new(),
+        None => format!("; '{}' holds no '{}'", listed.display(), missing.unwrap_or_default()),
+    }
 }
 
 /// The fewest letters to insert, remove, replace or swap with their neighbour that make `a` into
@@ -70,6 +74,7 @@ mod tests {
         let ask = |path: &str| question(&folder.path().join(path));
         assert!(ask("scenarios/stair.toml").ends_with("scenarios/stairs.toml'?"));
         assert!(ask("scenario/stairs.toml").ends_with("scenarios'?"));
-        assert_eq!(ask("elsewhere/stairs.toml"), "");
+        assert!(ask("elsewhere/stairs.toml").ends_with("holds no 'elsewhere'"));
+        assert_eq!(ask("elsewhere.toml"), "");
     }
 }

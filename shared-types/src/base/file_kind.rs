@@ -109,12 +109,9 @@ impl FileKind {
             Self::Scenario => "'surefoot walk' and 'surefoot plan --export PLAN.json' take it",
             Self::World => "name it in a scenario: world = \"...\"",
             Self::Robot => "name it in a scenario: robot = \"...\"",
-            Self::Urdf => {
-                "name it in a robot.toml: urdf = \"...\" (configs/robots/README.md), and that file in \
-                 a scenario"
-            }
-            Self::Xacro => "run xacro on it, and name the result in a robot.toml",
-            Self::OtherRobotFormat => "convert it to URDF, and name that in a robot.toml",
+            Self::Urdf => "'surefoot robot add' writes a robot.toml for it, which a scenario names",
+            Self::Xacro => "run xacro on it, then 'surefoot robot add' on the result",
+            Self::OtherRobotFormat => "convert it to URDF, then run 'surefoot robot add' on that",
             Self::Plan => "'surefoot check', 'surefoot explain' and 'surefoot picture' take it",
             Self::Report => "'surefoot explain' takes it",
             Self::Mesh => "name it in a world: mesh = { path = \"...\" }",

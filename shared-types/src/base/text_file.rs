@@ -84,7 +84,7 @@ impl TextFile {
     /// The whole text as a TOML document of a kind.
     pub(crate) fn parse_toml<T: DeserializeOwned>(&self, kind: FileKind) -> Result<T, InputError> {
         toml::from_str(&self.text).map_err(|error| {
-            let message = with_question(one_line(error.message()));
+            let message = with_advice(one_line(error.message()));
             let message = InputError::file(&self.path, message);
             let message = match error.span() {
                 Some(span) => message.at_line(line_at(self.text.as_bytes(), span.start)),
@@ -109,7 +109,13 @@ pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String>
 }
 
 fn unreadable(error: &std::io::Error) -> String {
-    format!("cannot be read: {error}")
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "cannot be read: there is no such file".to_owned(),
+        std::io::ErrorKind::PermissionDenied => {
+            "cannot be read: permission is denied; change its mode".to_owned()
+        }
+        _ => format!("cannot be read: {error}"),
+    }
 }
 
 /// Reads what `path` gives until its end, at most `bytes_max` bytes.
@@ -138,6 +144,12 @@ pub(crate) fn absolute(path: &Path) -> PathBuf {
 pub fn folder_of(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     folder.map_or_else(|| PathBuf::from("."), Path::to_owned)
+}
+
+/// The path of a file from a folder, which need not exist yet.
+pub fn relative_path(file: &Path, folder: &Path) -> String {
+    let folder = folder.canonicalize().unwrap_or_else(|_| absolute(folder));
+    relative_to(&absolute(file), &folder)
 }
 
 /// The absolute path `target` relative to the absolute path `folder`, with forward slashes.
@@ -187,8 +199,25 @@ fn line_at(text: &[u8], offset: usize) -> usize {
     1 + text[..offset.min(text.len())].iter().filter(|byte| **byte == b'\n').count()
 }
 
-/// The message about an unknown name with the name that was probably meant, instead of all that are
-/// known.
+/// The message with what to do: for an unknown name the one that was probably meant, instead of all
+/// that are known; what kind of value is needed; that a missing one is to be stated.
+fn with_advice(message: String) -> String {
+    if message.starts_with("missing field") {
+        return message + "; state it";
+    }
+    for (of_serde, plain) in [
+        ("expected u64", "a whole number is needed, 0 or more"),
+        ("expected f64", "a number is needed"),
+        ("expected a string", "text in quotes is needed"),
+        ("expected a sequence", "a list in brackets is needed"),
+    ] {
+        if let Some(found) = message.strip_suffix(of_serde) {
+            return format!("{}; {plain}", found.trim_end().trim_end_matches(','));
+        }
+    }
+    with_question(message)
+}
+
 fn with_question(message: String) -> String {
     let Some((unknown, known)) = message.split_once(", expected ") else { return message };
     let quoted = |text: &str| -> Vec<String> {

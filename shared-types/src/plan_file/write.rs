@@ -245,6 +245,7 @@ fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
         effort_limits: effort_limits(robot),
         acceleration_limits: acceleration_limits(robot),
         effort_scale: None,
+        urdf_additions: robot.additions.clone(),
     }
 }
 

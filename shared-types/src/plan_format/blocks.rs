@@ -87,6 +87,35 @@ pub struct RobotBlock {
     /// A factor on all effort limits, at most 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effort_scale: Option<f64>,
+    /// What the URDF lacks.
+    #[serde(default, skip_serializing_if = "UrdfAdditions::is_empty")]
+    pub urdf_additions: UrdfAdditions,
+}
+
+/// What a robot file states that the robot's URDF lacks.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct UrdfAdditions {
+    /// Links whose collision shapes are those of their looks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub visual_shapes: Vec<String>,
+    /// Velocity limits by joint name, rad/s or m/s, at most the URDF's where it states one.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub velocity_limits: BTreeMap<String, f64>,
+    /// Moments of inertia about the centre of mass by link name, along the link's axes, kg m2.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub inertias: BTreeMap<String, [f64; 3]>,
+}
+
+impl UrdfAdditions {
+    /// Whether the URDF lacks nothing.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether a link's shapes are those of its looks.
+    pub fn is_visual(&self, link: &str) -> bool {
+        self.visual_shapes.iter().any(|name| name == link)
+    }
 }
 
 /// A foot of a plan's robot.

@@ -165,7 +165,7 @@ impl PlacedShape {
 }
 
 /// The shape for Parry's overlap tests; `None` if Parry cannot represent it.
-fn solid(shape: &Shape) -> Option<SharedShape> {
+pub(crate) fn solid(shape: &Shape) -> Option<SharedShape> {
     Some(match shape {
         Shape::Box { half_extents } => SharedShape::new(Cuboid::new(*half_extents)),
         Shape::Sphere { radius } => SharedShape::new(Ball::new(*radius)),
@@ -271,6 +271,7 @@ mod tests {
             standing_q: vec![0.0, -above],
             feet: vec![],
             locked_joints: vec![],
+            additions: Default::default(),
             digest: Default::default(),
         };
         let source = Some(MeshSource { path: "trough.obj".into(), scale: DVec3::ONE });

@@ -1,5 +1,6 @@
 //! Finds the feet of a robot: the link that carries each sole, and the links that are one with it.
 
+use crate::base::closest::closest;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 
@@ -57,7 +58,9 @@ fn build_foot(
     locked: &[LockedJoint],
 ) -> Result<(Foot, Option<FootParts>), InputError> {
     let Some(named) = links.iter().position(|link| link.name == spec.link) else {
-        let message = format!("the URDF has no link '{}'", spec.link);
+        let meant = closest(&spec.link, links.iter().map(|link| link.name.as_str()));
+        let meant = meant.map(|meant| format!("; did you mean '{meant}'?")).unwrap_or_default();
+        let message = format!("the URDF has no link '{}'{meant}", spec.link);
         return Err(spec.location.error(format!("foot '{}'", spec.name), message));
     };
     let (link, link_from_named) = shaped_ancestor(links, named);

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use crate::base::closest::closest;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::text_file::{FileLocation, NUMBER_MAX};
@@ -119,14 +120,21 @@ pub(crate) fn check_names(
 ) {
     for (name, (_, location)) in values {
         let message = match urdf.joints.iter().find(|joint| joint.name == *name) {
-            None => "the URDF has no joint of this name",
+            None => no_such_joint(urdf, name),
             Some(joint) if joint.joint_type == JointType::Fixed => {
-                "this joint is fixed; remove the entry"
+                "this joint is fixed; remove the entry".to_owned()
             }
             Some(_) => continue,
         };
         complaints.push(location.error(format!("{table} '{name}'"), message));
     }
+}
+
+/// A complaint about a name that no joint has.
+pub(crate) fn no_such_joint(urdf: &Urdf, name: &str) -> String {
+    let known = urdf.joints.iter().map(|joint| joint.name.as_str());
+    let meant = closest(name, known).map(|meant| format!("; did you mean '{meant}'?"));
+    format!("the URDF has no joint of this name{}", meant.unwrap_or_default())
 }
 
 fn moving_joint(
@@ -167,7 +175,11 @@ fn moving_joint(
     let stated_here = spec.effort_limits.get(&joint.name).map(|(effort, _)| *effort);
     let stated_effort = limit.effort.filter(|effort| *effort != 0.0).or(stated_here);
     let effort = positive("effort", stated_effort.or(limit.effort), " or under [effort_limits]");
-    let velocity = positive("velocity", limit.velocity, "");
+    let stated_here = spec.additions.velocity_limits.get(&joint.name).copied();
+    let stated_velocity = limit.velocity.filter(|velocity| *velocity != 0.0);
+    let stated_velocity = stated_velocity.into_iter().chain(stated_here).reduce(f64::min);
+    let velocity =
+        positive("velocity", stated_velocity.or(limit.velocity), " or under [velocity_limits]");
     InputError::all(errors)?;
     let effort = tightened_effort(joint, effort, spec)?;
     let acceleration = acceleration(joint, spec)?;
@@ -270,7 +282,7 @@ fn check_locked_position(
     if !(lower..=upper).contains(&position) {
         return Err(location.error(
             format!("[locked] '{name}'"),
-            format!("is {position}, outside its limits {lower}..{upper}"),
+            format!("is {position}, outside its limits {lower}..{upper}; choose one between them"),
         ));
     }
     Ok(())

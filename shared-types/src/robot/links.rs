@@ -13,19 +13,29 @@ use crate::robot::tree::TreeLink;
 use crate::robot::urdf::Urdf;
 use crate::robot::urdf_link::{Geometry, LIGHT_MAX};
 
-/// Builds a link without its attachment. `exact` keeps its meshes; otherwise they become convex
-/// hulls. Shapes that cannot be read are left out, and join `complaints`.
+/// Which shapes a link gets.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct ShapeChoice {
+    /// Its meshes stay meshes; otherwise they become convex hulls.
+    pub(crate) exact: bool,
+    /// The shapes of its looks, instead of its collision shapes.
+    pub(crate) visual: bool,
+}
+
+/// Builds a link without its attachment. Shapes that cannot be read are left out, and join
+/// `complaints`.
 pub(crate) fn build_link(
     urdf: &Urdf,
     index: usize,
-    exact: bool,
+    choice: ShapeChoice,
     meshes: &mut MeshStore,
     complaints: &mut Vec<InputError>,
 ) -> Link {
     let raw = &urdf.links[index];
-    let mut shapes = Vec::with_capacity(raw.collisions.len());
-    for collision in &raw.collisions {
-        match shape(&collision.geometry, urdf, exact, meshes) {
+    let stated = if choice.visual { &raw.visuals } else { &raw.collisions };
+    let mut shapes = Vec::with_capacity(stated.len());
+    for collision in stated {
+        match shape(&collision.geometry, urdf, choice.exact, meshes) {
             Ok(shape) => shapes.extend(
                 shape.map(|shape| LinkShape { link_from_shape: collision.link_from_shape, shape }),
             ),

@@ -2,23 +2,26 @@
 
 use std::path::Path;
 
+use glam::{DMat3, DVec3};
+
+use crate::base::closest::closest;
 use crate::base::digest::Digest;
 use crate::base::input_error::InputError;
 use crate::base::limits::JOINTS_MAX;
 use crate::base::spatial::Pose;
 use crate::base::spatial::{wrap_angle, yaw_of};
-use crate::base::text_file::absolute;
+use crate::base::text_file::{FileLocation, TextFile, absolute};
 use crate::mesh::store::MeshStore;
-use crate::plan_format::blocks::RobotBlock;
+use crate::plan_format::blocks::{RobotBlock, UrdfAdditions};
 
 use crate::robot::exact_meshes::misleading_hulls;
 use crate::robot::feet::build_feet;
-use crate::robot::joints::{JointRole, check_names, joint_role};
-use crate::robot::links::{build_link, check_moving_masses};
+use crate::robot::joints::{JointRole, check_names, joint_role, no_such_joint};
+use crate::robot::links::{ShapeChoice, build_link, check_moving_masses};
 use crate::robot::merge::merge_fixed_links;
 use crate::robot::mesh_size::check_mesh_sizes;
 use crate::robot::model::{Attachment, Joint, Link, LockedJoint, RobotModel};
-use crate::robot::robot_file::{read_robot_file, spec_from_block};
+use crate::robot::robot_file::{read_robot_file, spec_from_block, spec_from_text};
 use crate::robot::spec::RobotSpec;
 use crate::robot::tree::{TreeLink, sort_links};
 use crate::robot::turned_root::turn_root;
@@ -41,9 +44,20 @@ const FORWARD_TURN_MAX: f64 = std::f64::consts::FRAC_PI_4;
 /// # Errors
 /// All that is out of order in the file, the URDF and its meshes, with file, line and element.
 pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
-    let spec = read_robot_file(robot_toml)?;
-    let robot = build_robot(&spec)?;
-    check_forward(&robot, &spec)?;
+    checked_robot(&read_robot_file(robot_toml)?)
+}
+
+/// The robot that the text of a robot file describes, as if it stood at `path`.
+///
+/// # Errors
+/// As [`load_robot`].
+pub fn robot_from_text(text: String, path: &Path) -> Result<RobotModel, InputError> {
+    checked_robot(&spec_from_text(TextFile { path: path.to_owned(), text })?)
+}
+
+fn checked_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
+    let robot = build_robot(spec)?;
+    check_forward(&robot, spec)?;
     Ok(robot)
 }
 
@@ -100,13 +114,15 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     check_names(&urdf, "[locked]", &spec.locked, &mut complaints);
     check_names(&urdf, "[effort_limits]", &spec.effort_limits, &mut complaints);
     check_names(&urdf, "[accelerations]", &spec.accelerations, &mut complaints);
-    check_exact_meshes(&urdf, spec, &mut complaints);
+    check_link_names(&urdf, "exact_meshes", &spec.exact_meshes, &mut complaints);
+    check_additions(&urdf, &spec.additions, &spec.additions_location, &mut complaints);
     let roles = joint_roles(&urdf, spec, &mut complaints);
     let mut meshes = MeshStore::default();
     let tree = sort_links(&urdf, &mut complaints);
     let (Some(tree), Some(roles)) = (&tree, roles) else {
         // Meshes may be wrong as well.
-        let mut build = |at| build_link(&urdf, at, false, &mut meshes, &mut complaints);
+        let choice = ShapeChoice::default();
+        let mut build = |at| build_link(&urdf, at, choice, &mut meshes, &mut complaints);
         (0..urdf.links.len()).for_each(|at| drop(build(at)));
         return Err(first_of(complaints, &urdf));
     };
@@ -130,6 +146,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
         joints: joints.moving,
         feet,
         locked_joints: joints.locked,
+        additions: spec.additions.clone(),
         digest: Digest::default(),
     };
     InputError::all(complaints)?;
@@ -158,7 +175,10 @@ fn first_of(complaints: Vec<InputError>, urdf: &Urdf) -> InputError {
 fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes: &mut MeshStore) {
     let exact = |at: usize| {
         let mut complaints = Vec::new();
-        let link = build_link(urdf, tree[at].urdf_link, true, meshes, &mut complaints);
+        let index = tree[at].urdf_link;
+        let choice =
+            ShapeChoice { exact: true, visual: robot.additions.is_visual(&urdf.links[index].name) };
+        let link = build_link(urdf, index, choice, meshes, &mut complaints);
         complaints.is_empty().then_some(link)
     };
     for (at, shapes) in misleading_hulls(&robot.unlocked(), exact) {
@@ -169,18 +189,67 @@ fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes:
 fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, complaints: &mut Vec<InputError>) {
     let root = &urdf.links[tree[0].urdf_link].name;
     if let Some((stated, location)) = spec.root.as_ref().filter(|(stated, _)| stated != root) {
-        let message = format!("is '{stated}', but the URDF's root link is '{root}'");
+        let message = format!("is '{stated}', but the URDF's root link is '{root}'; write that");
         complaints.push(location.error("root", message));
     }
 }
 
-fn check_exact_meshes(urdf: &Urdf, spec: &RobotSpec, complaints: &mut Vec<InputError>) {
-    for (name, location) in &spec.exact_meshes {
+/// Refuses names in a list that are not links of the URDF.
+fn check_link_names(
+    urdf: &Urdf,
+    list: &str,
+    names: &[(String, FileLocation)],
+    complaints: &mut Vec<InputError>,
+) {
+    for (name, location) in names {
         if !urdf.links.iter().any(|link| link.name == *name) {
-            complaints
-                .push(location.error("exact_meshes", format!("the URDF has no link '{name}'")));
+            complaints.push(location.error(list, no_such_link(urdf, name)));
         }
     }
+}
+
+/// Refuses additions to links and joints that the URDF does not have.
+fn check_additions(
+    urdf: &Urdf,
+    additions: &UrdfAdditions,
+    location: &FileLocation,
+    complaints: &mut Vec<InputError>,
+) {
+    let shapes = additions.visual_shapes.iter().map(|name| ("visual_shapes", name));
+    let inertias = additions.inertias.keys().map(|name| ("[inertias]", name));
+    for (element, name) in shapes.chain(inertias) {
+        match urdf.links.iter().find(|link| link.name == *name) {
+            None => complaints.push(location.error(element, no_such_link(urdf, name))),
+            Some(link) if element == "visual_shapes" && link.visuals.is_empty() => {
+                let message = format!("link '{name}' has no <visual> that can be read");
+                complaints.push(location.error(element, message));
+            }
+            Some(_) => {}
+        }
+    }
+    for (name, moments) in &additions.inertias {
+        let message = format!("the moments of '{name}' must be positive");
+        if !moments.iter().all(|moment| moment.is_finite() && *moment > 0.0) {
+            complaints.push(location.error("[inertias]", message));
+        }
+    }
+    let velocities = additions.velocity_limits.iter();
+    for (name, (velocity, joint)) in
+        velocities.map(|(name, it)| (name, (it, urdf.joints.iter().find(|it| it.name == *name))))
+    {
+        let message = match joint {
+            None => no_such_joint(urdf, name),
+            Some(_) if !(velocity.is_finite() && *velocity > 0.0) => "must be positive".to_owned(),
+            Some(_) => continue,
+        };
+        complaints.push(location.error(format!("[velocity_limits] '{name}'"), message));
+    }
+}
+
+fn no_such_link(urdf: &Urdf, name: &str) -> String {
+    let known = urdf.links.iter().map(|link| link.name.as_str());
+    let meant = closest(name, known).map(|meant| format!("; did you mean '{meant}'?"));
+    format!("the URDF has no link '{name}'{}", meant.unwrap_or_default())
 }
 
 /// What becomes of each joint of the URDF; `None` where complaints about one were or are made.
@@ -216,7 +285,12 @@ fn build_links(
     let mut build = |node: &TreeLink| {
         let name = &urdf.links[node.urdf_link].name;
         let exact = spec.exact_meshes.iter().any(|(exact, _)| exact == name);
-        build_link(urdf, node.urdf_link, exact, meshes, complaints)
+        let choice = ShapeChoice { exact, visual: spec.additions.is_visual(name) };
+        let mut link = build_link(urdf, node.urdf_link, choice, meshes, complaints);
+        if let Some(moments) = spec.additions.inertias.get(name) {
+            link.inertia = DMat3::from_diagonal(DVec3::from_array(*moments));
+        }
+        link
     };
     tree.iter().map(&mut build).collect()
 }
@@ -237,7 +311,7 @@ fn attach_all(urdf: &Urdf, tree: &[TreeLink], roles: Vec<JointRole>, links: &mut
 fn check_count(urdf: &Urdf, joints: &Joints, complaints: &mut Vec<InputError>) {
     if joints.moving.len() > JOINTS_MAX {
         let message = format!(
-            "{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file",
+            "{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file; 'surefoot robot add' chooses fingers and heads",
             joints.moving.len()
         );
         complaints.push(InputError::file(&urdf.source.path, message));
@@ -289,9 +363,14 @@ fn standing_posture(
         let Some((position, location)) = spec.standing.get(&joint.name) else { return neutral };
         if !(joint.lower..=joint.upper).contains(position) {
             let limits = format!("{}..{}", joint.lower, joint.upper);
+            let advice = if position.abs() > std::f64::consts::TAU {
+                "angles are in radians"
+            } else {
+                "choose one between them"
+            };
             complaints.push(location.error(
                 format!("[standing] '{}'", joint.name),
-                format!("is {position}, outside the joint's limits {limits}"),
+                format!("is {position}, outside the joint's limits {limits}; {advice}"),
             ));
         }
         *position

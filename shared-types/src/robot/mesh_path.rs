@@ -39,14 +39,14 @@ pub(crate) fn find_mesh(urdf: &Urdf, name: &str) -> Result<PathBuf, String> {
 fn not_found(name: &str, bases: &[PathBuf], above: &[&Path]) -> String {
     match package_of(name) {
         Some((package, _)) if bases.is_empty() => format!(
-            "mesh '{name}' not found: no folder '{package}', and none whose package.xml says so, below {} or the folders above it up to {}",
+            "mesh '{name}' not found: no folder '{package}', and none whose package.xml says so, below {} or the folders above it up to {}; put the package there",
             above[0].display(),
             above[above.len() - 1].display()
         ),
         _ => {
             let searched: Vec<String> =
                 bases.iter().map(|base| base.display().to_string()).collect();
-            format!("mesh '{name}' not found below {}", searched.join(", "))
+            format!("mesh '{name}' not found below {}; put it there", searched.join(", "))
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::base::digest::Digest;
 use crate::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
 use crate::base::spatial::{Pose, rotation_about};
 use crate::geometry::shape::Shape;
+use crate::plan_format::blocks::UrdfAdditions;
 
 /// Index into [`RobotModel::links`].
 pub type LinkIndex = usize;
@@ -36,6 +37,8 @@ pub struct RobotModel {
     pub standing_q: Vec<f64>,
     /// Joints that the robot file locks; not part of `q`.
     pub locked_joints: Vec<LockedJoint>,
+    /// What the robot file states that the URDF lacks.
+    pub additions: UrdfAdditions,
     /// Digest of the URDF, the robot file and all meshes.
     pub digest: Digest,
 }

@@ -14,7 +14,7 @@ use crate::base::spatial::rotation_from_rpy;
 use crate::base::text_file::{
     FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_positive,
 };
-use crate::plan_format::blocks::RobotBlock;
+use crate::plan_format::blocks::{RobotBlock, UrdfAdditions};
 use crate::world::shape_block::{pose_from_arrays, pose_from_block};
 
 use crate::robot::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
@@ -37,6 +37,12 @@ struct RawRobot {
     effort_limits: BTreeMap<String, Spanned<f64>>,
     #[serde(default)]
     accelerations: BTreeMap<String, Spanned<f64>>,
+    #[serde(default)]
+    visual_shapes: Vec<String>,
+    #[serde(default)]
+    velocity_limits: BTreeMap<String, f64>,
+    #[serde(default)]
+    inertias: BTreeMap<String, [f64; 3]>,
 }
 
 #[derive(Deserialize)]
@@ -52,7 +58,13 @@ struct RawFoot {
 
 /// Reads a robot file.
 pub(crate) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
-    let source = TextFile::read(path, FileKind::Robot, TEXT_BYTES_MAX)?;
+    spec_from_text(TextFile::read(path, FileKind::Robot, TEXT_BYTES_MAX)?)
+}
+
+/// Reads the text of a robot file, which need not be written yet.
+pub(crate) fn spec_from_text(source: TextFile) -> Result<RobotSpec, InputError> {
+    let path = source.path.clone();
+    let path = path.as_path();
     let raw: RawRobot = source.parse_toml(FileKind::Robot)?;
     let named = |name: Spanned<String>| {
         let location = source.location(name.span().start);
@@ -71,6 +83,12 @@ pub(crate) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
         locked: joint_values("[locked]", raw.locked, &source)?,
         effort_limits: joint_values("[effort_limits]", raw.effort_limits, &source)?,
         accelerations: joint_values("[accelerations]", raw.accelerations, &source)?,
+        additions: UrdfAdditions {
+            visual_shapes: raw.visual_shapes,
+            velocity_limits: raw.velocity_limits,
+            inertias: raw.inertias,
+        },
+        additions_location: location,
         effort_scale: 1.0,
         bytes: source.text.into_bytes(),
     })
@@ -118,6 +136,8 @@ pub(crate) fn spec_from_block(
         locked: block_values("locked_joints", &block.locked_joints, &location)?,
         effort_limits: block_values("effort_limits", &block.effort_limits, &location)?,
         accelerations: block_values("acceleration_limits", &block.acceleration_limits, &location)?,
+        additions: block.urdf_additions.clone(),
+        additions_location: location,
         effort_scale: effort_scale.min(1.0),
         bytes,
     })

@@ -20,7 +20,10 @@ pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<()
     let input_error =
         |message: String| spec.location.error(format!("foot '{}'", foot.name), message);
     if link.shapes.is_empty() {
-        return Err(input_error(format!("its link '{}' has no collision shape", link.name)));
+        return Err(input_error(format!(
+            "its link '{}' has no collision shape; add one, or list the link under visual_shapes",
+            link.name
+        )));
     }
     for corner in &foot.polygon {
         let point = foot.link_from_sole * corner.extend(0.0);
@@ -32,7 +35,7 @@ pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<()
         if nearest.abs() > SOLE_GAP_MAX {
             let side = if nearest > 0.0 { "off" } else { "inside" };
             return Err(input_error(format!(
-                "sole corner [{}, {}] lies {:.1} mm {side} the collision shapes of link '{}'; at most {:.0} mm is allowed",
+                "sole corner [{}, {}] lies {:.1} mm {side} the collision shapes of link '{}'; at most {:.0} mm is allowed; 'surefoot robot add' finds soles",
                 corner.x,
                 corner.y,
                 1e3 * nearest.abs(),

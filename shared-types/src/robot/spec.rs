@@ -10,6 +10,7 @@ use crate::base::limits::POLYGON_VERTICES_MAX;
 use crate::base::spatial::Pose;
 use crate::base::text_file::{FileLocation, check_numbers};
 use crate::geometry::convex_hull::{convex_polygon, polygon_area};
+use crate::plan_format::blocks::UrdfAdditions;
 
 /// The smallest area of a sole, m2.
 const SOLE_AREA_MIN: f64 = 1e-6;
@@ -37,6 +38,9 @@ pub(crate) struct RobotSpec {
     /// Tighter effort limits.
     pub(crate) effort_limits: JointValues,
     pub(crate) accelerations: JointValues,
+    /// What the URDF lacks, and where the file states it.
+    pub(crate) additions: UrdfAdditions,
+    pub(crate) additions_location: FileLocation,
     /// A factor on all effort limits, at most 1.
     pub(crate) effort_scale: f64,
     /// What counts for the digest.

@@ -26,6 +26,8 @@ pub(crate) struct UrdfLink {
     /// About the centre of mass, kg m2.
     pub(crate) inertia: DMat3,
     pub(crate) collisions: Vec<Collision>,
+    /// The shapes of its looks that can be read.
+    pub(crate) visuals: Vec<Collision>,
 }
 
 /// A collision shape as it is written.
@@ -55,6 +57,7 @@ pub(crate) fn read_link(element: &mut Element) -> UrdfLink {
         link_from_com: Pose::IDENTITY,
         inertia: DMat3::ZERO,
         collisions: Vec::new(),
+        visuals: Vec::new(),
     };
     if let Some(inertial) = element.child(node, "inertial") {
         read_inertial(element, inertial, &mut link);
@@ -62,7 +65,18 @@ pub(crate) fn read_link(element: &mut Element) -> UrdfLink {
     for collision in own_children(node).filter(|child| child.tag_name().name() == "collision") {
         link.collisions.extend(read_collision(element, collision));
     }
+    link.visuals = read_visuals(element);
     link
+}
+
+/// The shapes of a link's looks. Looks are no input unless a robot file takes them as shapes, so
+/// that one that cannot be read is passed over.
+fn read_visuals(element: &Element) -> Vec<Collision> {
+    let mut ignored = Vec::new();
+    let Element { source, node, .. } = *element;
+    let mut quiet = Element { source, node, complaints: &mut ignored };
+    let visuals = own_children(node).filter(|child| child.tag_name().name() == "visual");
+    visuals.filter_map(|visual| read_collision(&mut quiet, visual)).collect()
 }
 
 /// The pose that an `<origin>` in `of` states.

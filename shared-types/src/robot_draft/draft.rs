@@ -1,0 +1,321 @@
+//! The draft of a robot file: every value that a URDF does not state, and where it comes from.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DVec2, DVec3};
+
+use crate::base::input_error::InputError;
+use crate::base::spatial::Pose;
+use crate::base::text_file::absolute;
+use crate::robot::spec::FOOT_NAMES;
+use crate::robot::tree::sort_links;
+use crate::robot::urdf::{Urdf, read_urdf};
+use crate::robot_draft::arms::ArmSearch;
+use crate::robot_draft::body::LinkShapes;
+use crate::robot_draft::estimates::{missing_effort, missing_inertia, missing_velocity};
+use crate::robot_draft::foot_choice::choose_feet;
+use crate::robot_draft::foot_search::mirrored_pairs;
+use crate::robot_draft::heading::Heading;
+use crate::robot_draft::locks::{Limbs, limbs};
+use crate::robot_draft::options::DraftOptions;
+use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
+use crate::robot_draft::sole_search::find_sole;
+use crate::robot_draft::standing::{DraftLeg, StandingPosture, StandingSearch};
+
+/// Least and most moving joints of a leg that a walk can be planned for.
+const LEG_JOINTS: [usize; 2] = [6, 8];
+/// Positions are written with this many parts of a rad or m.
+const POSITION_PARTS: f64 = 1e5;
+
+/// A value with where it comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noted<T> {
+    /// The joint or link.
+    pub name: String,
+    /// The value.
+    pub value: T,
+    /// Where it comes from.
+    pub source: String,
+}
+
+/// A foot with its sole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DraftFoot {
+    /// "left" or "right".
+    pub name: &'static str,
+    /// Its link.
+    pub link: String,
+    /// The sole frame in the link.
+    pub link_from_sole: Pose,
+    /// The outline of the sole, m.
+    pub polygon: Vec<DVec2>,
+    /// Where the sole comes from.
+    pub source: String,
+}
+
+/// A robot file that can be written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotDraft {
+    /// The robot's name.
+    pub name: String,
+    /// Absolute path of the URDF.
+    pub urdf_path: PathBuf,
+    /// The root link.
+    pub root: String,
+    /// The heading in the root's frame, rad, where it is not 0.
+    pub root_yaw: Option<Noted<f64>>,
+    /// Left and right.
+    pub feet: Vec<DraftFoot>,
+    /// Joints that do not stand at 0.
+    pub posture: Vec<Noted<f64>>,
+    /// Joints that are locked.
+    pub locked: Vec<Noted<f64>>,
+    /// Links whose looks stand for their shapes.
+    pub visual_shapes: Vec<Noted<()>>,
+    /// Estimated efforts, N m.
+    pub effort_limits: Vec<Noted<f64>>,
+    /// Estimated speeds, rad/s.
+    pub velocity_limits: Vec<Noted<f64>>,
+    /// Estimated moments of inertia, kg m2.
+    pub inertias: Vec<Noted<DVec3>>,
+}
+
+impl RobotDraft {
+    /// Drafts the robot file of a URDF.
+    ///
+    /// # Errors
+    /// All that is out of order in the URDF and its meshes; feet that cannot be distinguished from
+    /// others, with the candidates; legs that a walk cannot be planned for.
+    pub fn from_urdf(path: &Path, options: &DraftOptions) -> Result<Self, InputError> {
+        let mut complaints = Vec::new();
+        let urdf = read_urdf(path, &mut complaints)?;
+        let tree = sort_links(&urdf, &mut complaints);
+        InputError::all(complaints)?;
+        let Some(tree) = tree else {
+            return Err(InputError::file(path, "its joints form no tree"));
+        };
+        let skeleton = Skeleton::new(&urdf, &tree);
+        let shapes = LinkShapes::read(&skeleton)?;
+        let neutral = skeleton.neutral();
+        let poses = skeleton.poses(&neutral);
+        let heading = choose_feet(&skeleton, &shapes, &poses, options)?;
+        let limbs = limbs(&skeleton, &mirrored_pairs(&skeleton, &poses), &heading.feet);
+        let parts = DraftParts { skeleton: &skeleton, shapes: &shapes, heading, limbs };
+        parts.draft(neutral, &poses, options.knee_bend)
+    }
+}
+
+/// The parts of the robot that are found before its posture.
+struct DraftParts<'a> {
+    skeleton: &'a Skeleton<'a>,
+    shapes: &'a LinkShapes,
+    heading: Heading,
+    limbs: Limbs,
+}
+
+impl DraftParts<'_> {
+    fn draft(
+        &self,
+        neutral: Vec<f64>,
+        poses: &[Pose],
+        knee_bend: Option<f64>,
+    ) -> Result<RobotDraft, InputError> {
+        let legs = [self.leg(0, poses)?, self.leg(1, poses)?];
+        let mut hanging = neutral.clone();
+        let arms = ArmSearch::new(self.skeleton, self.shapes, self.heading.yaw);
+        self.limbs.arms.iter().for_each(|pair| arms.clear(pair, &mut hanging));
+        let search = StandingSearch { skeleton: self.skeleton, legs: &legs, yaw: self.heading.yaw };
+        let standing = search.solve(&hanging, knee_bend).ok_or_else(|| self.no_posture())?;
+        let urdf = self.urdf();
+        let turns = self.heading.yaw != 0.0;
+        let root = self.skeleton.link_name(0).to_owned();
+        let root_yaw = Noted {
+            name: root.clone(),
+            value: self.heading.yaw,
+            source: format!("the robot looks there by {}", self.heading.source),
+        };
+        Ok(RobotDraft {
+            name: urdf.name.clone(),
+            urdf_path: absolute(&urdf.source.path),
+            root,
+            root_yaw: turns.then_some(root_yaw),
+            feet: legs.iter().zip(FOOT_NAMES).map(|(leg, name)| self.foot(leg, name)).collect(),
+            posture: self.posture(&standing, &neutral, &legs),
+            locked: self.locked(&neutral),
+            visual_shapes: self.visual_shapes(&legs),
+            effort_limits: self.efforts(),
+            velocity_limits: self.velocities(),
+            inertias: self.inertias(),
+        })
+    }
+
+    fn urdf(&self) -> &Urdf {
+        self.skeleton.urdf
+    }
+
+    fn error(&self, element: String, message: String) -> InputError {
+        InputError::element(&self.urdf().source.path, element, message)
+    }
+
+    /// The leg of a foot: its joints that are not locked, and its sole.
+    fn leg(&self, limb: usize, poses: &[Pose]) -> Result<DraftLeg, InputError> {
+        let (body, name) = (self.heading.feet.bodies[limb], FOOT_NAMES[limb]);
+        let mut chain = self.heading.feet.chains[limb].clone();
+        chain.retain(|node| !self.limbs.locked.contains_key(node));
+        let is_mimic = |node: &&NodeIndex| {
+            self.skeleton.nodes[**node].joint.as_ref().is_some_and(|joint| joint.follows.is_some())
+        };
+        let link = self.skeleton.link_name(body);
+        let element = || format!("{name} foot '{link}'");
+        let names = |nodes: &[NodeIndex]| -> String {
+            let names = nodes.iter().filter_map(|node| self.skeleton.joint_name(*node));
+            names.map(String::as_str).collect::<Vec<_>>().join(", ")
+        };
+        if let Some(node) = chain.iter().find(is_mimic) {
+            let message = format!(
+                "its leg's joint '{}' mimics another one; legs whose joints move together are not supported",
+                names(&[*node])
+            );
+            return Err(self.error(element(), message));
+        }
+        let [least, most] = LEG_JOINTS;
+        if !(least..=most).contains(&chain.len()) {
+            let message = format!(
+                "its leg has {} moving joints ({}); {least} to {most} are needed to place a sole freely, so this robot is not supported",
+                chain.len(),
+                names(&chain)
+            );
+            return Err(self.error(element(), message));
+        }
+        let turn = poses[body].rotation.inverse();
+        let (sin, cos) = libm::sincos(self.heading.yaw);
+        let forward = turn * DVec3::new(cos, sin, 0.0);
+        let surface = self.shapes.surface(self.skeleton, body);
+        let Some(sole) = find_sole(&surface, turn * DVec3::NEG_Z, forward) else {
+            let message = if surface.is_empty() {
+                "has neither a collision shape nor a look that can be read; add a <collision> to the URDF"
+            } else {
+                "has no flat face that looks down where all joints stand at 0; a point or line foot is not supported"
+            };
+            return Err(self.error(element(), message.to_owned()));
+        };
+        Ok(DraftLeg { chain, body, body_from_sole: sole.link_from_sole, polygon: sole.polygon })
+    }
+
+    fn no_posture(&self) -> InputError {
+        let message = "no posture with bent knees places both soles level below the hips within the joints' limits; write robot.toml by hand (docs/OWN_ROBOT.md)";
+        InputError::file(&self.urdf().source.path, message)
+    }
+
+    fn foot(&self, leg: &DraftLeg, name: &'static str) -> DraftFoot {
+        let links: Vec<&str> = self
+            .skeleton
+            .body_nodes(leg.body)
+            .into_iter()
+            .filter(|node| !self.shapes.of(*node).is_empty())
+            .map(|node| self.skeleton.link_name(node))
+            .collect();
+        let visual = self.shapes.visual_nodes(self.skeleton, leg.body);
+        let kind =
+            if visual.is_empty() { "collision shapes" } else { "looks (no collision shape)" };
+        DraftFoot {
+            name,
+            link: self.skeleton.link_name(leg.body).to_owned(),
+            link_from_sole: leg.body_from_sole,
+            polygon: leg.polygon.clone(),
+            source: format!("the lowest flat face of the {kind} of {}", links.join(", ")),
+        }
+    }
+
+    fn name(&self, node: NodeIndex) -> String {
+        self.skeleton.joint_name(node).cloned().unwrap_or_default()
+    }
+
+    /// A position of a joint, rounded, within its limits.
+    fn rounded(&self, node: NodeIndex, position: f64) -> f64 {
+        let rounded = (position * POSITION_PARTS).round() / POSITION_PARTS;
+        let joint = self.skeleton.nodes[node].joint.as_ref();
+        joint.map_or(rounded, |joint| rounded.clamp(joint.lower, joint.upper))
+    }
+
+    fn posture(
+        &self,
+        standing: &StandingPosture,
+        neutral: &[f64],
+        legs: &[DraftLeg; 2],
+    ) -> Vec<Noted<f64>> {
+        let is_leg = |node: &NodeIndex| legs.iter().any(|leg| leg.chain.contains(node));
+        let noted = |node: NodeIndex| {
+            let value = self.rounded(node, standing.positions[node]);
+            let source = if is_leg(&node) {
+                format!("solved: sole level below the hip, knee bent by {} rad", standing.knee_bend)
+            } else {
+                "chosen: the arm hangs clear of the body".to_owned()
+            };
+            Noted { name: self.name(node), value, source }
+        };
+        let moves = |node: &NodeIndex| {
+            !self.limbs.locked.contains_key(node)
+                && self.rounded(*node, standing.positions[*node])
+                    != self.rounded(*node, neutral[*node])
+        };
+        self.skeleton.moving().filter(moves).map(noted).collect()
+    }
+
+    fn locked(&self, neutral: &[f64]) -> Vec<Noted<f64>> {
+        let noted = |(node, reason): (&NodeIndex, &&str)| Noted {
+            name: self.name(*node),
+            value: self.rounded(*node, neutral[*node]),
+            source: (*reason).to_owned(),
+        };
+        self.limbs.locked.iter().map(noted).collect()
+    }
+
+    fn visual_shapes(&self, legs: &[DraftLeg; 2]) -> Vec<Noted<()>> {
+        let nodes = legs.iter().flat_map(|leg| self.shapes.visual_nodes(self.skeleton, leg.body));
+        let noted = |node: NodeIndex| Noted {
+            name: self.skeleton.link_name(node).to_owned(),
+            value: (),
+            source: "the foot has no <collision>".to_owned(),
+        };
+        nodes.map(noted).collect()
+    }
+
+    /// The joints that move in a plan.
+    fn planned(&self) -> impl Iterator<Item = NodeIndex> {
+        let is_planned = |node: &NodeIndex| {
+            let joint = self.skeleton.nodes[*node].joint.as_ref();
+            let follows = joint.is_some_and(|joint| joint.follows.is_some());
+            !follows && !self.limbs.locked.contains_key(node)
+        };
+        self.skeleton.moving().filter(is_planned)
+    }
+
+    fn efforts(&self) -> Vec<Noted<f64>> {
+        let noted = |node: NodeIndex| {
+            let is_leg = self.heading.feet.chains.iter().flatten().any(|leg| *leg == node);
+            let value = missing_effort(self.skeleton, node, is_leg)?;
+            let source = "estimated from the robot's mass; the URDF states none".to_owned();
+            Some(Noted { name: self.name(node), value: (10.0 * value).round() / 10.0, source })
+        };
+        self.planned().filter_map(noted).collect()
+    }
+
+    fn velocities(&self) -> Vec<Noted<f64>> {
+        let noted = |node: NodeIndex| {
+            let value = missing_velocity(self.skeleton, node)?;
+            let source = "estimated; the URDF states none".to_owned();
+            Some(Noted { name: self.name(node), value, source })
+        };
+        self.planned().filter_map(noted).collect()
+    }
+
+    fn inertias(&self) -> Vec<Noted<DVec3>> {
+        let noted = |node: NodeIndex| {
+            let value = missing_inertia(self.skeleton, self.shapes, node)?;
+            let source = "estimated: a box of its mass around it; the URDF states 0".to_owned();
+            Some(Noted { name: self.skeleton.link_name(node).to_owned(), value, source })
+        };
+        self.planned().filter_map(noted).collect()
+    }
+}

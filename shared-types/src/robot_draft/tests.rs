@@ -1,0 +1,269 @@
+//! Drafts of variants of the shipped URDF: each loads, stands level, and says what was decided.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a draft is not made")]
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::base::input_error::InputError;
+use crate::base::spatial::Pose;
+use crate::geometry::convex_hull::polygon_area;
+use crate::robot::load::robot_from_text;
+use crate::robot::model::RobotModel;
+use crate::robot_draft::text::robot_file;
+use crate::robot_draft::{DraftOptions, RobotDraft};
+
+/// Soles of a draft are level to within this angle, as a sine: positions have five decimals.
+const LEVEL: f64 = 1e-4;
+
+fn hubo() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/hubo.urdf");
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// A URDF in a folder of its own.
+struct Published {
+    folder: tempfile::TempDir,
+}
+
+impl Published {
+    fn new(urdf: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("robot.urdf"), urdf).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.path().join("robot.urdf")
+    }
+
+    fn draft(&self) -> Result<RobotDraft, InputError> {
+        RobotDraft::from_urdf(&self.path(), &DraftOptions::default())
+    }
+
+    fn load(&self, draft: &RobotDraft) -> RobotModel {
+        let text = robot_file(draft, Path::new("robot.urdf"));
+        robot_from_text(text, &self.folder.path().join("robot.toml")).unwrap()
+    }
+}
+
+fn drafted(urdf: &str) -> (RobotDraft, RobotModel) {
+    let published = Published::new(urdf);
+    let draft = published.draft().unwrap();
+    let model = published.load(&draft);
+    assert_stands(&model);
+    (draft, model)
+}
+
+fn refusal(urdf: &str) -> String {
+    Published::new(urdf).draft().unwrap_err().to_string()
+}
+
+fn soles(model: &RobotModel) -> Vec<Pose> {
+    let links = model.root_from_links(&model.standing_q);
+    model.feet.iter().map(|foot| links[foot.link] * foot.link_from_sole).collect()
+}
+
+/// Both soles are level, at one height, point ahead, and lie left and right of the root.
+fn assert_stands(model: &RobotModel) {
+    let soles = soles(model);
+    for sole in &soles {
+        assert!((sole.rotation * DVec3::Z).truncate().length() < LEVEL, "{sole:?}");
+        assert!((sole.rotation * DVec3::X - DVec3::X).length() < LEVEL, "{sole:?}");
+    }
+    assert!((soles[0].translation.z - soles[1].translation.z).abs() < 1e-4);
+    assert!(soles[0].translation.y > soles[1].translation.y);
+}
+
+fn replaced(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "no '{from}'");
+    text.replace(from, to)
+}
+
+/// The text with a change in one element that begins with `head` and ends with `tail`.
+fn changed(text: &str, head: &str, tail: &str, change: impl Fn(&str) -> String) -> String {
+    let start = text.find(head).unwrap();
+    let end = start + text[start..].find(tail).unwrap() + tail.len();
+    format!("{}{}{}", &text[..start], change(&text[start..end]), &text[end..])
+}
+
+#[test]
+fn the_shipped_robot_gets_its_soles_back() {
+    let (draft, model) = drafted(&hubo());
+    assert_eq!(draft.root, "pelvis");
+    assert!(draft.root_yaw.is_none() && draft.visual_shapes.is_empty());
+    assert_eq!(
+        draft.feet.iter().map(|foot| foot.link.as_str()).collect::<Vec<_>>(),
+        ["left_foot", "right_foot"]
+    );
+    for foot in &model.feet {
+        assert!(foot.link_from_sole.translation.abs_diff_eq(DVec3::new(0.0, 0.0, -0.12), 1e-6));
+        assert!((polygon_area(&foot.polygon) - 0.22 * 0.14).abs() < 1e-6);
+    }
+    assert_eq!(model.joints.len(), 27);
+    let knee = model.joints.iter().position(|joint| joint.name == "left_knee").unwrap();
+    assert!(model.standing_q[knee] > 0.2, "{}", model.standing_q[knee]);
+}
+
+#[test]
+fn a_root_that_looks_backward_is_turned() {
+    let base = "<robot name=\"hubo\"><link name=\"base\"/><joint name=\"turn\" type=\"fixed\"><parent \
+                link=\"base\"/><child link=\"pelvis\"/><origin rpy=\"0 0 3.14159265359\"/></joint>";
+    let (draft, _) = drafted(&replaced(&hubo(), "<robot name=\"hubo\">", base));
+    let yaw = draft.root_yaw.unwrap();
+    assert!((yaw.value.abs() - std::f64::consts::PI).abs() < 1e-9, "{yaw:?}");
+    assert!(yaw.source.contains("names"), "{yaw:?}");
+}
+
+#[test]
+fn toes_show_left_and_right_where_names_do_not() {
+    let urdf = replaced(&replaced(&hubo(), "left_", "one_"), "right_", "two_");
+    let (draft, _) = drafted(&urdf);
+    assert_eq!(draft.feet[0].link, "one_foot");
+}
+
+#[test]
+fn names_that_contradict_the_toes_are_asked_about() {
+    let urdf = replaced(&replaced(&hubo(), "left_", "\u{e9}_"), "right_", "left_");
+    let error = refusal(&replaced(&urdf, "\u{e9}_", "right_"));
+    for part in ["feet", "--feet left_foot,right_foot", "--feet right_foot,left_foot"] {
+        assert!(error.contains(part), "{error}");
+    }
+    assert_eq!(error.lines().count(), 1);
+}
+
+#[test]
+fn legs_of_five_joints_are_named() {
+    let fixed = |name: &str, text: &str| {
+        changed(text, &format!("<joint name=\"{name}\""), ">", |joint| {
+            joint.replace("revolute", "fixed")
+        })
+    };
+    let urdf = fixed("left_ankle_roll", &fixed("right_ankle_roll", &hubo()));
+    let error = refusal(&urdf);
+    for part in ["left foot", "5 moving joints", "left_knee", "6 to 8", "not supported"] {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+#[test]
+fn what_the_urdf_does_not_state_is_estimated() {
+    let urdf = changed(&hubo(), "<joint name=\"left_knee\"", "</joint>", |joint| {
+        let (head, rest) = joint.split_once("effort=\"").unwrap();
+        let (_, tail) = rest.split_once('"').unwrap();
+        let (tail, _) = tail.split_once("velocity=").unwrap();
+        format!("{head}effort=\"0\"{tail}/></joint>")
+    });
+    let urdf = changed(&urdf, "<link name=\"left_foot\"", "</link>", |link| {
+        ["0.00282667", "0.00666667", "0.00906667"]
+            .iter()
+            .fold(link.to_owned(), |link, moment| link.replace(moment, "0"))
+    });
+    let (draft, model) = drafted(&urdf);
+    assert_eq!(draft.effort_limits.len(), 1);
+    assert_eq!(draft.velocity_limits.len(), 1);
+    let knee = model.joints.iter().find(|joint| joint.name == "left_knee").unwrap();
+    assert!(knee.effort > 100.0 && knee.velocity == 4.0, "{knee:?}");
+    // The box of 0.22 x 0.14 x 0.04 m and 1.6 kg that the file had.
+    let inertia = draft.inertias[0].value;
+    assert!(inertia.abs_diff_eq(DVec3::new(0.002827, 0.006667, 0.009067), 1e-5), "{inertia}");
+}
+
+#[test]
+fn a_foot_without_collision_shape_stands_on_its_looks() {
+    let bare = |text: &str, foot: &str| {
+        changed(text, &format!("<link name=\"{foot}\""), "</link>", |link| {
+            link.replace("collision>", "visual>")
+        })
+    };
+    let (draft, model) = drafted(&bare(&bare(&hubo(), "left_foot"), "right_foot"));
+    let names: Vec<&str> = draft.visual_shapes.iter().map(|link| link.name.as_str()).collect();
+    assert_eq!(names, ["left_foot", "right_foot"]);
+    assert!(draft.feet[0].source.contains("looks"), "{}", draft.feet[0].source);
+    assert!(model.feet.iter().all(|foot| !model.links[foot.link].shapes.is_empty()));
+}
+
+/// A heel behind the left foot, and one behind the right foot.
+fn heels() -> String {
+    let heel = |side: &str| {
+        format!(
+            "<link name=\"{side}_heel\"><collision><geometry><box size=\"0.04 0.1 0.04\"/></geometry>\
+             </collision></link><joint name=\"{side}_heel_joint\" type=\"fixed\"><parent \
+             link=\"{side}_foot\"/><child link=\"{side}_heel\"/><origin xyz=\"-0.12 0 -0.1\"/></joint>"
+        )
+    };
+    replaced(&hubo(), "</robot>", &format!("{}{}</robot>", heel("left"), heel("right")))
+}
+
+#[test]
+fn links_fixed_to_each_other_are_one_foot() {
+    let (draft, model) = drafted(&heels());
+    assert_eq!(draft.feet[0].link, "left_foot");
+    let back = model.feet[0].polygon.iter().map(|corner| corner.x).fold(f64::INFINITY, f64::min);
+    assert!((back + 0.14).abs() < 1e-6, "{back}");
+}
+
+/// A finger at each hand and a head, of which the second finger joint mimics the first.
+fn fingers() -> String {
+    let link = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><mass value=\"0.02\"/><inertia ixx=\"1e-6\" ixy=\"0\" \
+             ixz=\"0\" iyy=\"1e-6\" iyz=\"0\" izz=\"1e-6\"/></inertial></link>"
+        )
+    };
+    let joint = |name: &str, parent: &str, child: &str, more: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child \
+             link=\"{child}\"/><limit lower=\"0.1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>{more}</joint>"
+        )
+    };
+    let mut added = link("skull") + &joint("nape", "torso", "skull", "");
+    for side in ["left", "right"] {
+        let (hand, tip) = (format!("{side}_finger"), format!("{side}_tip"));
+        let mimic = format!("<mimic joint=\"{hand}_joint\" multiplier=\"1\"/>");
+        added += &(link(&hand) + &link(&tip));
+        added += &joint(&format!("{hand}_joint"), &format!("{side}_wrist_pitch_link"), &hand, "");
+        added += &joint(&format!("{tip}_joint"), &hand, &tip, &mimic);
+    }
+    replaced(&hubo(), "</robot>", &format!("{added}</robot>"))
+}
+
+#[test]
+fn fingers_and_heads_are_locked_and_mimics_go_with_them() {
+    let (draft, model) = drafted(&fingers());
+    let names: Vec<&str> = draft.locked.iter().map(|joint| joint.name.as_str()).collect();
+    for name in ["nape", "left_finger_joint", "right_finger_joint"] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    assert!(!names.contains(&"left_tip_joint"), "{names:?}");
+    let nape = draft.locked.iter().find(|joint| joint.name == "nape").unwrap();
+    assert_eq!(nape.value, 0.1);
+    assert!(model.locked_joints.iter().any(|locked| locked.joint.name == "left_tip_joint"));
+}
+
+#[test]
+fn named_feet_are_taken_or_asked_about() {
+    let published = Published::new(&hubo());
+    let draft = |left: &str, right: &str| {
+        let feet = Some([left.to_owned(), right.to_owned()]);
+        RobotDraft::from_urdf(&published.path(), &DraftOptions { feet, knee_bend: None })
+    };
+    assert_eq!(draft("left_foot", "right_foot").unwrap().feet[1].link, "right_foot");
+    for (left, right, expected) in [
+        ("left_fot", "right_foot", "did you mean 'left_foot'?"),
+        ("left_foot", "left_foot", "fixed to each other"),
+        ("left_foot", "left_ankle", "in one leg"),
+    ] {
+        let error = draft(left, right).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn a_robot_without_feet_is_answered_with_a_line_to_add() {
+    let error = refusal(&changed(&hubo(), "<joint name=\"left_hip_yaw\"", "</joint>", |joint| {
+        joint.replace("0.0885 0\"", "0.0885 0.3\"")
+    }));
+    assert!(error.contains("--feet"), "{error}");
+}

@@ -1,0 +1,60 @@
+//! `surefoot robot inspect`: a robot as it is read.
+
+use std::path::{Path, PathBuf};
+
+use surefoot_planner::PlannerError;
+use surefoot_planner::collision::model::CollisionModel;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::robot::load::{load_robot, robot_from_text};
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::robot_draft::text::robot_file;
+use surefoot_shared_types::robot_draft::{DraftOptions, RobotDraft};
+
+use crate::cli::arguments::OutputArguments;
+use crate::cli::robot_arguments::RobotInspectArguments;
+use crate::commands::robot::inspect_text::{json, text};
+use crate::commands::robot::trial::level_ground;
+use crate::input::output_files;
+use crate::picture::PictureScene;
+use crate::picture::render::render;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::terminal;
+
+/// Runs the command.
+///
+/// # Errors
+/// The robot cannot be used, or the picture cannot be written.
+pub fn run(arguments: &RobotInspectArguments) -> Result<CommandOutcome, CommandError> {
+    let outputs =
+        OutputArguments { picture: arguments.picture.clone(), ..OutputArguments::default() };
+    output_files::check(&outputs, std::slice::from_ref(&arguments.robot))?;
+    let model = load(&arguments.robot)?;
+    let allowed = allowed_pairs(&model)?;
+    if let Some(picture) = &arguments.picture {
+        render(&PictureScene::of_robot(&model, &level_ground())?, picture)?;
+    }
+    let shown = if arguments.json { json(&model, &allowed) } else { text(&model, &allowed) };
+    terminal::print_result(&shown);
+    Ok(CommandOutcome::Done)
+}
+
+/// The robot of a robot file, of a folder that holds one, or of a URDF alone.
+fn load(path: &Path) -> Result<RobotModel, CommandError> {
+    let path = if path.is_dir() { path.join("robot.toml") } else { path.to_owned() };
+    let is_urdf = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
+    if !is_urdf {
+        return Ok(load_robot(&path)?);
+    }
+    let draft = RobotDraft::from_urdf(&path, &DraftOptions::default())?;
+    let name = path.file_name().map(PathBuf::from).unwrap_or_default();
+    Ok(robot_from_text(robot_file(&draft, &name), &path.with_file_name("robot.toml"))?)
+}
+
+/// The pairs of links that may touch, by the planner's rule.
+fn allowed_pairs(model: &RobotModel) -> Result<Vec<[String; 2]>, CommandError> {
+    let clearance = PlannerConfig::default().clearance;
+    let collision =
+        CollisionModel::new(model, &level_ground(), clearance).map_err(PlannerError::from)?;
+    let name = |link: usize| model.links[link].name.clone();
+    Ok(collision.allowed_pairs().iter().map(|(a, b)| [name(*a), name(*b)]).collect())
+}
