@@ -307,7 +307,7 @@ fn a_robot_whose_next_chunk_is_late_brakes_stands_and_goes_on() {
     assert!((now.rate - 0.5).abs() < 1e-9 && now.rate_change < 0.0, "{now:?}");
     clock.advance(5.0);
     assert_eq!((clock.now().time, clock.now().rate), (0.5, 0.0));
-    assert!(matches!(clock.pace(), Pace::Standing(_)) && !clock.is_finished());
+    assert!(matches!(clock.pace(), Pace::AtRest(_)) && !clock.is_finished());
     clock.accept(&second);
     clock.advance(0.3);
     assert!((clock.now().rate - 0.5).abs() < 1e-9, "{:?}", clock.now());
@@ -340,8 +340,8 @@ fn every_instant_of_walks_with_late_chunks_passes_the_dynamic_checks() {
     assert!(brakes >= 3 && late >= 3, "{brakes} {late}");
     // A stop that is too short is noticed where it takes place.
     let mut hasty = chunks;
-    (hasty[0].brake_at, hasty[0].brake_duration) = (0.45, 0.03);
+    (hasty[0].brake_at, hasty[0].brake_duration) = (0.45, 0.02);
     let refused = (0..40).filter_map(|seed| walk_late(&mut checker, &hasty, seed).err());
     let (at, violation) = refused.into_iter().next().unwrap();
-    assert!((0.44..0.5).contains(&at), "{at}: {violation}");
+    assert!((0.44..0.51).contains(&at), "{at}: {violation}");
 }

@@ -76,9 +76,9 @@ pub fn walk_late(
 
 impl LateWalk {
     fn count(&mut self, before: Pace, after: Pace) {
-        let stands = |pace: Pace| matches!(pace, Pace::Braking(..) | Pace::Standing(_));
+        let stands = |pace: Pace| matches!(pace, Pace::Braking(..) | Pace::AtRest(_));
         self.brakes += u64::from(!stands(before) && stands(after));
-        let has_braked = stands(before) && before != Pace::Standing(0);
+        let has_braked = stands(before) && before != Pace::AtRest(0);
         self.resumptions += u64::from(has_braked && !stands(after));
     }
 }

@@ -24,7 +24,7 @@ pub enum Pace {
     /// The robot brakes for a time (s) as the stop of a chunk says.
     Braking(usize, f64),
     /// The robot stands where it has braked for a chunk.
-    Standing(usize),
+    AtRest(usize),
     /// The robot has been going on for a time (s) after the stop of a chunk.
     GoingOn(usize, f64),
 }
@@ -44,7 +44,7 @@ impl PlanClock {
     /// A robot that stands at the beginning (s) of a plan, of which it has no chunk.
     pub fn new(begin: f64) -> Self {
         let start = Stop { brake_at: begin, seconds: 0.0, resume_seconds: 0.0 };
-        Self { pace: Pace::Standing(0), stops: vec![start], end: None }
+        Self { pace: Pace::AtRest(0), stops: vec![start], end: None }
     }
 
     /// The robot has accepted the next chunk.
@@ -74,7 +74,7 @@ impl PlanClock {
         };
         let instant = match self.pace {
             Pace::Walking(time) => PlanInstant { time, rate: 1.0, rate_change: 0.0 },
-            Pace::Standing(chunk) => still(self.stops[chunk].rest_at()),
+            Pace::AtRest(chunk) => still(self.stops[chunk].rest_at()),
             Pace::Braking(chunk, after) => {
                 let stop = &self.stops[chunk];
                 on_ramp(stop.brake_at, after, stop.seconds, true)
@@ -95,7 +95,7 @@ impl PlanClock {
             let (next, used) = self.next_pace(left);
             let is_over = used >= left;
             (self.pace, left) = (next, left - used);
-            if is_over || matches!(self.pace, Pace::Standing(_)) && !self.may_go_on() {
+            if is_over || matches!(self.pace, Pace::AtRest(_)) && !self.may_go_on() {
                 return;
             }
         }
@@ -118,10 +118,10 @@ impl PlanClock {
                 if until > left {
                     return (Pace::Braking(chunk, after + left), left);
                 }
-                (Pace::Standing(chunk), until)
+                (Pace::AtRest(chunk), until)
             }
-            Pace::Standing(chunk) if self.may_go_on() => (self.going_on(chunk, 0.0), 0.0),
-            Pace::Standing(chunk) => (Pace::Standing(chunk), left),
+            Pace::AtRest(chunk) if self.may_go_on() => (self.going_on(chunk, 0.0), 0.0),
+            Pace::AtRest(chunk) => (Pace::AtRest(chunk), left),
             Pace::GoingOn(chunk, after) => {
                 let stop = &self.stops[chunk];
                 let until = stop.resume_seconds - after;
@@ -135,7 +135,7 @@ impl PlanClock {
 
     fn braking(&self, chunk: usize, after: f64) -> Pace {
         let has_ramp = self.stops[chunk].seconds > 0.0;
-        if has_ramp { Pace::Braking(chunk, after) } else { Pace::Standing(chunk) }
+        if has_ramp { Pace::Braking(chunk, after) } else { Pace::AtRest(chunk) }
     }
 
     fn going_on(&self, chunk: usize, after: f64) -> Pace {
@@ -144,10 +144,10 @@ impl PlanClock {
         if has_ramp { Pace::GoingOn(chunk, after) } else { Pace::Walking(stop.rest_at()) }
     }
 
-    /// Whether a standing robot is at full speed again before it may have to brake: a stop begins
+    /// Whether a robot at rest is at full speed again before it may have to brake: a stop begins
     /// at full speed.
     fn may_go_on(&self) -> bool {
-        let Pace::Standing(chunk) = self.pace else { return false };
+        let Pace::AtRest(chunk) = self.pace else { return false };
         let (stop, last) = (&self.stops[chunk], self.stops.len() - 1);
         let full_speed = stop.rest_at() + 0.5 * stop.resume_seconds;
         let has_way = last > chunk && full_speed <= self.stops[last].brake_at;

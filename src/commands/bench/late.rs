@@ -1,6 +1,6 @@
 //! `surefoot bench late`: a smooth plan is walked again and again while its chunks come late at
-//! random. Each walk must brake along its path, stand, go on and arrive, and every instant must pass
-//! the dynamic checks.
+//! random. Each walk must brake along its path, stand, go on and arrive, and every instant must
+//! pass the dynamic checks.
 
 use serde::Serialize;
 use surefoot_controller_sim::{Checker, walk_late};
