@@ -68,6 +68,7 @@ fn robot() -> RobotModel {
     RobotModel {
         name: "ball".into(),
         urdf_path: "ball.urdf".into(),
+        mesh_paths: vec![],
         links: vec![
             link("ball", None, Shape::Sphere { radius: 0.4 }),
             link("left_foot", Some(leg(0, 0.15)), foot_box.clone()),

@@ -32,10 +32,10 @@ impl HeightMap<'_> {
         let height = |row: usize, column: usize| self.heights[row * columns + column];
         let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
         let mut index_of = vec![0; rows * columns];
-        for at in 0..rows * columns {
+        for (at, index) in index_of.iter_mut().enumerate() {
             let (row, column) = (at / columns, at % columns);
             if height(row, column).is_finite() {
-                index_of[at] = vertices.len() as u32;
+                *index = vertices.len() as u32;
                 let [x, y] = [column, row].map(|place| place as f64 * self.spacing);
                 vertices.push([x, y, height(row, column)]);
             }

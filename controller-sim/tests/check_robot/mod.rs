@@ -90,6 +90,7 @@ pub fn robot() -> RobotModel {
     RobotModel {
         name: "by hand".into(),
         urdf_path: "/by_hand.urdf".into(),
+        mesh_paths: vec![],
         links,
         joints: vec![
             joint("left_hip", DVec3::Y, 1),

@@ -180,6 +180,7 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
     RobotModel {
         name: "chain".into(),
         urdf_path: "chain.urdf".into(),
+        mesh_paths: vec![],
         standing_q: joints.iter().map(middle).collect(),
         links,
         joints,

@@ -94,6 +94,7 @@ pub struct RobotBlock {
 
 /// What a robot file states that the robot's URDF lacks.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct UrdfAdditions {
     /// Links whose collision shapes are those of their looks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -54,7 +54,7 @@ impl<'a> ArmSearch<'a> {
     }
 
     /// Turns shoulders and elbows of a pair of arms. The other joints stay.
-    pub(crate) fn clear(&self, arms: &[Vec<NodeIndex>; 2], positions: &mut Vec<f64>) {
+    pub(crate) fn clear(&self, arms: &[Vec<NodeIndex>; 2], positions: &mut [f64]) {
         let poses = self.skeleton.poses(positions);
         let [arm, other] = arms;
         let heading = rotation_about(DVec3::Z, self.yaw);
@@ -65,7 +65,7 @@ impl<'a> ArmSearch<'a> {
         let mut best: Option<(f64, Vec<f64>)> = None;
         for turn in SHOULDER_TURNS.iter().filter(|turn| shoulder.is_some() || **turn == 0.0) {
             for bend in ELBOW_TURNS.iter().filter(|bend| elbow.is_some() || **bend == 0.0) {
-                let mut tried = positions.clone();
+                let mut tried = positions.to_vec();
                 for (node, turn) in [(shoulder, *turn), (elbow, *bend)] {
                     let Some(node) = node else { continue };
                     let (lower, upper) = usable_range(self.skeleton, node);

@@ -101,8 +101,9 @@ fn solve_6(mut matrix: [[f64; 6]; 6], mut right: [f64; 6]) -> Option<[f64; 6]> {
         }
         for row in pivot + 1..6 {
             let factor = matrix[row][pivot] / matrix[pivot][pivot];
-            for at in pivot..6 {
-                matrix[row][at] -= factor * matrix[pivot][at];
+            let pivot_row = matrix[pivot];
+            for (entry, above) in matrix[row].iter_mut().zip(&pivot_row).skip(pivot) {
+                *entry -= factor * above;
             }
             right[row] -= factor * right[pivot];
         }

@@ -31,8 +31,8 @@ const WORK_PER_STEP: u64 = 256;
 pub(crate) struct Trial {
     /// How the search ended.
     pub(crate) outcome: Outcome,
-    /// Two links that meet where the robot should stand, if that is why it cannot.
-    pub(crate) hit: Option<String>,
+    /// How it ended, in words.
+    pub(crate) ending: String,
     /// Steps of the plan.
     pub(crate) steps: u64,
     /// The joint that needs the largest share of its effort on one foot, and the share in percent.
@@ -55,9 +55,9 @@ pub(crate) fn run(model: &RobotModel, quiet: bool) -> Result<Trial, CommandError
         }
         CommandError::unless_interrupted()?;
     };
-    let hit = outcome.hit().map(|hit| planner.constraints().collision.describe(hit));
+    let ending = planner.describe(&outcome);
     let strain = strain(model, &planner);
-    Ok(Trial { outcome, hit, steps: planner.steps(), strain })
+    Ok(Trial { outcome, ending, steps: planner.steps(), strain })
 }
 
 fn strain(model: &RobotModel, planner: &Planner) -> Option<(String, f64)> {
@@ -107,7 +107,6 @@ impl Trial {
         if self.is_found() {
             return format!("a metre of level ground takes {} steps", self.steps);
         }
-        let hit = self.hit.as_ref().map(|hit| format!(" ({hit})")).unwrap_or_default();
-        format!("no walk over a metre of level ground: {}{hit}", self.outcome.describe())
+        format!("no walk over a metre of level ground: {}", self.ending)
     }
 }
