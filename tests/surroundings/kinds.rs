@@ -20,7 +20,7 @@ fn a_file_of_another_kind_is_named_with_the_next_step() {
     let folder = folder_of_kinds();
     for (command, file, expected) in [
         ("plan", "robot.toml", "is a robot file, and a scenario is needed; name it in a scenario"),
-        ("walk", "hubo.urdf", "is a URDF, and a scenario is needed; name it in a robot.toml"),
+        ("walk", "hubo.urdf", "is a URDF, and a scenario is needed; 'surefoot robot add'"),
         ("plan", "walled.toml", "is a world, and a scenario is needed"),
         ("plan", "plan.json", "is a plan, and a scenario is needed; 'surefoot check'"),
         ("walk", "report.json", "is a report, and a scenario is needed; 'surefoot explain'"),

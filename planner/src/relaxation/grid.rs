@@ -168,13 +168,14 @@ impl Disc {
     }
 }
 
-/// The voxels at most `levels` above or below those of a set.
+/// The voxels at most `levels` above or below those of a set. Each step is at most one more than
+/// the reach so far, so that a set cut off at the lowest or highest level has no gap.
 pub(crate) fn spread(mut voxels: u64, levels: u32) -> u64 {
     let (mut left, mut step) = (levels.min(LEVELS as u32 - 1), 1);
     while left > 0 && voxels != 0 {
         let shift = step.min(left);
         voxels |= voxels << shift | voxels >> shift;
-        (left, step) = (left - shift, 2 * step + 1);
+        (left, step) = (left - shift, 2 * step);
     }
     voxels
 }
