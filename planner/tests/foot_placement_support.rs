@@ -216,6 +216,22 @@ fn walls_beside_the_sole_and_ceilings_above_it_are_no_obstacle() {
 }
 
 #[test]
+fn a_steep_roof_of_one_layer_takes_nothing_from_the_ground_below() {
+    let roof = Shape::Mesh {
+        vertices: vec![
+            DVec3::new(-2.0, -2.0, 0.0),
+            DVec3::new(4.0, -2.0, 0.0),
+            DVec3::new(4.0, 0.0, 3.0),
+            DVec3::new(-2.0, 0.0, 3.0),
+        ],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        source: None,
+    };
+    let under = surfaces(vec![floor(), (roof, Pose::IDENTITY)]);
+    assert!((area_at(&under, &at(0.0, -0.2, 0.0)) - SOLE_AREA).abs() < 1e-12);
+}
+
+#[test]
 fn each_reason_is_given() {
     let scene = surfaces(vec![floor(), block([0.3, 0.04, 0.1], [3.0, 0.0, 0.5])]);
     let narrow = surfaces(vec![block([0.5, 0.038, 0.1], [0.0, 0.0, 0.0])]);

@@ -151,7 +151,8 @@ impl Surfaces {
         }
         clip_to_sides(buffer, &sole.sides, 0.0);
         if !is_level && may_tip {
-            let near = |point: &&DVec3| point.z >= -tolerance;
+            // Surfaces above the plate are no ground; those that pass through it obstruct.
+            let near = |point: &&DVec3| (-tolerance..=self.config.plate_height).contains(&point.z);
             for &at in scratch.clip.polygon.iter().filter(near) {
                 scratch.contacts.ground.push(GroundPoint { at, is_carrying: false });
             }
