@@ -57,7 +57,7 @@ const SOLE_OFFSETS: [usize; 2] = [6, 12];
 const STANCE_OFFSETS: [usize; 2] = [3, 8];
 
 /// Puts the robot on a stance: exactly there where the ground is level, else on the nearest ground
-/// that supports each sole, at most [`OFFSET_MAX`] aside.
+/// that supports each sole, at most 3 cm aside.
 ///
 /// # Errors
 /// A sole has no support, or no posture over both soles meets the constraints.
