@@ -8,7 +8,7 @@ const OPEN_FILES_LEAST: u64 = 36;
 const OPEN_FILES_WANTED: u64 = 1024;
 
 /// Stack of the main thread that a process needs, KiB, with a margin: twice what it uses.
-pub const STACK_KIB_MIN: u64 = 1024;
+pub const STACK_KIB_MIN: u64 = 4096;
 /// Stack that a process asks for where it may, KiB: the usual limit.
 const STACK_KIB_WANTED: u64 = 8192;
 

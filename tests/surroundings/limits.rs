@@ -58,13 +58,13 @@ fn few_descriptors_are_raised_or_named() {
 fn a_small_stack_is_raised_or_named() {
     let folder = Folder::new();
     folder.good("ulimit -Ss 256; exec $S walk flat.toml --quiet");
-    for kib in [128, 256, 512] {
+    for kib in [128, 512, 2048] {
         for command in ["walk", "plan", "control --instance small"] {
             let err = folder.error(&format!("ulimit -s {kib}; exec $S {command} flat.toml"));
             assert!(err.contains(&format!("stack: the limit is {kib} KiB")), "{err}");
         }
     }
-    folder.good("ulimit -s 1024; exec $S walk flat.toml --quiet");
+    folder.good("ulimit -s 4096; exec $S walk flat.toml --quiet");
 }
 
 #[test]
