@@ -133,6 +133,7 @@ pub fn outcome(error: &PlanError) -> Option<&'static str> {
         PlanError::Start(_) => return None,
         PlanError::BudgetExhausted { .. } => "budget_exhausted",
         PlanError::ArenaFull { .. } => "arena_full",
+        PlanError::Impossible(_) => "impossible",
         PlanError::StartInvalid(_) => "start_invalid",
         PlanError::GoalInvalid(_) => "goal_invalid",
     })

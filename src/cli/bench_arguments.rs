@@ -50,6 +50,26 @@ pub enum BenchCommand {
     Theory(TheoryArguments),
 }
 
+/// What the benches of methods have in common.
+#[derive(Debug, Args)]
+pub struct MethodBenchArguments {
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub scenarios: ScenarioArguments,
+    /// Work units of each search at most
+    #[arg(long, value_name = "N", default_value_t = 400_000)]
+    pub work: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub samples: MethodArguments,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub threads: ThreadArguments,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `surefoot bench methods`.
 #[derive(Debug, Args)]
 pub struct MethodsArguments {
@@ -66,25 +86,13 @@ pub struct MethodsArguments {
     pub methods: Vec<Method>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
-    pub scenarios: ScenarioArguments,
-    /// Work units of each search at most
-    #[arg(long, value_name = "N", default_value_t = 400_000)]
-    pub work: u64,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "the field's type says it")]
-    pub samples: MethodArguments,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "the field's type says it")]
-    pub threads: ThreadArguments,
+    pub common: MethodBenchArguments,
     /// Run the controller's checks on every plan, outside the measured time
     #[arg(long)]
     pub check: bool,
     /// Write methods.json and methods.csv into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `surefoot bench rho`.
@@ -109,22 +117,10 @@ pub struct RhoArguments {
     pub shares: Vec<f64>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
-    pub scenarios: ScenarioArguments,
-    /// Work units of each search at most
-    #[arg(long, value_name = "N", default_value_t = 400_000)]
-    pub work: u64,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "the field's type says it")]
-    pub samples: MethodArguments,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "the field's type says it")]
-    pub threads: ThreadArguments,
+    pub common: MethodBenchArguments,
     /// Write rho.json, rho.csv and rho.svg into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// `surefoot bench theory`.
@@ -140,22 +136,10 @@ pub struct TheoryArguments {
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
-    pub scenarios: ScenarioArguments,
-    /// Work units of each search at most
-    #[arg(long, value_name = "N", default_value_t = 400_000)]
-    pub work: u64,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "the field's type says it")]
-    pub samples: MethodArguments,
-    #[command(flatten)]
-    #[allow(missing_docs, reason = "the field's type says it")]
-    pub threads: ThreadArguments,
+    pub common: MethodBenchArguments,
     /// Write theory.json into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
 }
 
 fn share(text: &str) -> Result<f64, String> {

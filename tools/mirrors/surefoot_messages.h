@@ -149,8 +149,7 @@ typedef struct { uint8_t bytes[32]; } surefoot_Digest;
 #define SUREFOOT_WAYPOINT_TYPE_NAME "surefoot.Waypoint.v2"
 #define SUREFOOT_WAYPOINT_LAYOUT "0b0042223c607ae0"
 /* A configuration of the robot with its time, velocity, acceleration and torque. Interpolation
-   says how the robot moves between two waypoints. Interpolation:
-   crate::message::interpolation::Interpolation */
+   says how the robot moves between two waypoints. Interpolation: crate::message::Interpolation */
 typedef struct {
     /* Time since the start of the plan, s; strictly increasing. */
     double time;

@@ -10,7 +10,7 @@ use crate::base::arena::{filled, reserve};
 use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::Foothold;
 use crate::methods::lattice_steps::{STEPS_LEN, StepTest, step_from};
-use crate::methods::multi_modal_prm::{MultiModalPrm, Progress};
+use crate::methods::multi_modal_prm::MultiModalPrm;
 use crate::methods::placements::foothold_near;
 use crate::methods::workbench::{MethodEvent, Workbench};
 use crate::motion::ids::{FootholdId, GOAL, START, TransitionId};
@@ -281,12 +281,11 @@ impl Lattice {
         bench: &mut Workbench<'_>,
         budget: u64,
     ) -> Result<MethodEvent, ArenaFull> {
-        match self.prm.advance(bench, budget)? {
-            Progress::Complete => return Ok(MethodEvent::Found),
-            Progress::Working => {}
-            Progress::Failed | Progress::Disconnected => self.task = Task::Begin,
+        let event = self.prm.complete(bench, budget)?;
+        if event.is_none() {
+            self.task = Task::Begin;
         }
-        Ok(MethodEvent::Continue)
+        Ok(event.unwrap_or(MethodEvent::Continue))
     }
 
     /// Bytes reserved.

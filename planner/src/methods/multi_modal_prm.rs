@@ -6,7 +6,7 @@ use surefoot_shared_types::message::SupportMode;
 
 use crate::base::arena::{filled, reserve};
 use crate::base::capacity::ArenaFull;
-use crate::methods::workbench::Workbench;
+use crate::methods::workbench::{MethodEvent, Workbench};
 use crate::motion::ids::{GOAL, START, TransitionId, boundary_node};
 use crate::motion::roadmap::{Roadmap, RouteSegment};
 use crate::motion::sequence_search::SequenceSearch;
@@ -118,6 +118,22 @@ impl MultiModalPrm {
             Task::Sample { next, failed } => self.sample(bench, (next, failed), budget),
             Task::Move { next, failed } => self.plan_motions(bench, (next, failed), budget),
         }
+    }
+
+    /// Advances a given sequence by at most `budget` units of work; `None` where it fails.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn complete(
+        &mut self,
+        bench: &mut Workbench<'_>,
+        budget: u64,
+    ) -> Result<Option<MethodEvent>, ArenaFull> {
+        Ok(match self.advance(bench, budget)? {
+            Progress::Complete => Some(MethodEvent::Found),
+            Progress::Working => Some(MethodEvent::Continue),
+            Progress::Failed | Progress::Disconnected => None,
+        })
     }
 
     /// Begins to search a sequence.

@@ -15,7 +15,7 @@ use crate::base::capacity::ArenaFull;
 use crate::base::random::{Random, Stream};
 use crate::constraints::foothold::left_and_right;
 use crate::methods::lattice::{step_max, transition};
-use crate::methods::multi_modal_prm::{MultiModalPrm, Progress};
+use crate::methods::multi_modal_prm::MultiModalPrm;
 use crate::methods::placements::{Adaptation, foothold_near};
 use crate::methods::workbench::{MethodEvent, Workbench};
 use crate::motion::ids::{FootholdId, GOAL, START, TransitionId};
@@ -289,12 +289,11 @@ impl RandomMmp {
         bench: &mut Workbench<'_>,
         budget: u64,
     ) -> Result<MethodEvent, ArenaFull> {
-        match self.prm.advance(bench, budget)? {
-            Progress::Complete => return Ok(MethodEvent::Found),
-            Progress::Working => {}
-            Progress::Failed | Progress::Disconnected => self.task = Task::Choose,
+        let event = self.prm.complete(bench, budget)?;
+        if event.is_none() {
+            self.task = Task::Choose;
         }
-        Ok(MethodEvent::Continue)
+        Ok(event.unwrap_or(MethodEvent::Continue))
     }
 
     /// Bytes reserved.

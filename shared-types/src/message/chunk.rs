@@ -22,7 +22,7 @@ pub const ROOT_FREEDOMS: usize = 6;
 /// A configuration of the robot with its time, velocity, acceleration and torque.
 /// [`Interpolation`] says how the robot moves between two waypoints.
 ///
-/// [`Interpolation`]: crate::message::interpolation::Interpolation
+/// [`Interpolation`]: crate::message::Interpolation
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Waypoint.v2")]
@@ -151,7 +151,7 @@ impl SupportMode {
 /// chunk is not accepted when plan time reaches `brake_at`, the rate falls to 0 over
 /// `brake_duration`, and the robot stands half of `brake_duration` of plan time later, within the
 /// chunk. If the next chunk comes after that, the rate rises to 1 over `resume_duration`, across
-/// the chunk's end if need be ([`Ramp`](crate::message::ramp::Ramp)).
+/// the chunk's end if need be ([`Ramp`](crate::message::Ramp)).
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanChunk.v2")]
@@ -181,7 +181,7 @@ pub struct PlanChunk {
     pub joints_len: u32,
     /// CRC-32 (IEEE) of all bytes of the chunk with this field zero.
     pub crc: u32,
-    /// The [`Interpolation`](crate::message::interpolation::Interpolation) between waypoints, as
+    /// The [`Interpolation`](crate::message::Interpolation) between waypoints, as
     /// its wire value.
     pub interpolation: u64,
     /// The plan time at which the robot brakes if the next chunk is not accepted, s; not before

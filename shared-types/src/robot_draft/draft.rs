@@ -20,7 +20,7 @@ use crate::robot_draft::locks::{Limbs, limbs};
 use crate::robot_draft::options::DraftOptions;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 use crate::robot_draft::sole_search::find_sole;
-use crate::robot_draft::standing::{DraftLeg, StandingPosture, StandingSearch};
+use crate::robot_draft::standing_posture::{DraftLeg, StandingPosture, StandingSearch};
 
 /// Least and most moving joints of a leg that a walk can be planned for.
 const LEG_JOINTS: [usize; 2] = [6, 8];

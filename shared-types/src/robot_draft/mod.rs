@@ -17,7 +17,7 @@ pub(crate) mod mirror;
 pub mod options;
 pub(crate) mod skeleton;
 pub(crate) mod sole_search;
-pub(crate) mod standing;
+pub(crate) mod standing_posture;
 #[cfg(test)]
 mod tests;
 pub mod text;

@@ -19,13 +19,14 @@ use surefoot_shared_types::{Pose, Shape};
 
 use crate::cli::bench_arguments::GoalsArguments;
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::statistics::Summary;
 use crate::commands::bench::table::{aligned, count, seconds};
 use crate::input::output_files;
 use crate::input::preparation_cache;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::Stopwatch;
-use crate::system::{signals, terminal};
+use crate::system::signals;
 
 /// Work units between two checks for a signal.
 const WORK_PER_STEP: u64 = 20_000;
@@ -87,8 +88,7 @@ pub fn run(arguments: &GoalsArguments) -> Result<CommandOutcome, CommandError> {
         write_csv(&trials, folder)?;
     }
     let report = report(arguments, machine, &model, &trials);
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    print_report(&report, arguments.json, || text(&report))?;
     Ok(if report.found == report.trials { CommandOutcome::Done } else { CommandOutcome::NoPlan })
 }
 

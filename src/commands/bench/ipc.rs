@@ -17,10 +17,10 @@ use serde::Serialize;
 
 use crate::cli::bench_arguments::IpcArguments;
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::statistics::Summary;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::cores;
-use crate::system::terminal;
+use crate::system::{cores, terminal};
 
 use crate::commands::bench::ipc::drive::Measured;
 
@@ -77,18 +77,8 @@ pub(crate) fn run(arguments: &IpcArguments) -> Result<CommandOutcome, CommandErr
     let base = measured[0].1.round_trip().p50;
     let rows: Vec<Row> =
         measured.iter().map(|(transport, measured)| row(transport, measured, base)).collect();
-    if arguments.json {
-        terminal::print_result(
-            &serde_json::to_string_pretty(&IpcReport {
-                schema: "surefoot-bench-ipc/1",
-                machine,
-                rows,
-            })
-            .unwrap_or_default(),
-        );
-    } else {
-        cells(&rows).iter().for_each(|line| terminal::print_result(line));
-    }
+    let report = IpcReport { schema: "surefoot-bench-ipc/1", machine, rows };
+    print_report(&report, arguments.json, || cells(&report.rows).join("\n"))?;
     Ok(CommandOutcome::Done)
 }
 

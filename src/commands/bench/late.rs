@@ -9,9 +9,10 @@ use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::message::PlanChunk;
 
 use crate::cli::bench_arguments::LateArguments;
+use crate::commands::bench::print_report::print_report;
 use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::{signals, terminal};
+use crate::system::signals;
 
 /// Work units between two checks for a signal.
 const WORK_PER_STEP: u64 = 20_000;
@@ -61,8 +62,7 @@ pub fn run(arguments: &LateArguments) -> Result<CommandOutcome, CommandError> {
         }
         report.add(seed, &mut checker, &chunks);
     }
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { report.text() });
+    print_report(&report, arguments.json, || report.text())?;
     let is_right = report.finished == report.walks;
     Ok(if is_right { CommandOutcome::Done } else { CommandOutcome::Refused })
 }

@@ -8,6 +8,7 @@ use surefoot_planner::plan::self_check::{SelfCheckError, SelfCheckStats, self_ch
 
 use crate::cli::bench_arguments::LowerBoundArguments;
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::row::Row;
 use crate::commands::bench::scenarios;
 use crate::commands::bench::statistics::{mean, quantile};
@@ -16,7 +17,6 @@ use crate::commands::bench::trial::{Trial, TrialSetup};
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::processor_seconds;
-use crate::system::terminal;
 
 /// The default scenarios: all that have a plan, without the longer gauntlets.
 const SCENARIOS: [&str; 18] = [
@@ -83,8 +83,7 @@ pub fn run(arguments: &LowerBoundArguments) -> Result<CommandOutcome, CommandErr
         .map(|inputs| row(arguments, inputs, &machine.program))
         .collect::<Result<Vec<_>, _>>()?;
     let report = LowerBoundReport { schema: "surefoot-bench-lower-bound/1", machine, rows };
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    print_report(&report, arguments.json, || text(&report))?;
     let (faulty, lacking) = (
         report.rows.iter().any(|row| !row.faults.is_empty()),
         report.rows.iter().any(|row| row.search.found < row.search.trials),

@@ -10,6 +10,7 @@ pub mod lower_bound;
 pub mod machine;
 pub mod methods;
 pub mod pieces;
+pub mod print_report;
 pub mod replan;
 pub mod row;
 pub mod scale;

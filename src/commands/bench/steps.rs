@@ -9,13 +9,14 @@ use surefoot_planner::{Outcome, Planner, Status};
 use crate::cli::bench_arguments::StepsArguments;
 use crate::commands::bench::machine::Machine;
 use crate::commands::bench::pieces;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::scenarios;
 use crate::commands::bench::statistics::{Summary, mean};
 use crate::commands::bench::table::{aligned, seconds};
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::Stopwatch;
-use crate::system::{cores, memory, signals, terminal};
+use crate::system::{cores, memory, signals};
 
 /// The default scenarios.
 const SCENARIOS: [&str; 4] = ["flat_walk", "ibeam_gap", "stepping_stones", "stairs"];
@@ -102,8 +103,7 @@ pub fn run(arguments: &StepsArguments) -> Result<CommandOutcome, CommandError> {
         scenarios.iter().map(|inputs| row(inputs, step_seconds)).collect::<Result<Vec<_>, _>>()?;
     let report =
         StepsReport { schema: "surefoot-bench-steps/1", machine, core, memory, step_seconds, rows };
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    print_report(&report, arguments.json, || text(&report))?;
     Ok(if report.rows.iter().all(|row| row.outcome == Outcome::Found.name()) {
         CommandOutcome::Done
     } else {

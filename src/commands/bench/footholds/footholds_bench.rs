@@ -6,6 +6,7 @@
 //! whole sampler.
 
 use crate::commands::bench::footholds::plot;
+use crate::commands::bench::print_report::print_report;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -94,23 +95,15 @@ pub fn run(arguments: &FootholdsArguments) -> Result<CommandOutcome, CommandErro
     if let Some(folder) = &arguments.out {
         write_files(folder, &rows)?;
     }
-    if arguments.json {
-        let report = Report {
-            schema: "surefoot-bench-footholds/1",
-            machine,
-            robot: &model.name,
-            seed: arguments.seed,
-            thesis: THESIS,
-            rows: &rows,
-        };
-        let text = serde_json::to_string_pretty(&report).map_err(|error| CommandError::Output {
-            path: "stdout".into(),
-            reason: error.to_string(),
-        })?;
-        terminal::print_result(&text);
-    } else {
-        terminal::print_result(&table(&rows));
-    }
+    let report = Report {
+        schema: "surefoot-bench-footholds/1",
+        machine,
+        robot: &model.name,
+        seed: arguments.seed,
+        thesis: THESIS,
+        rows: &rows,
+    };
+    print_report(&report, arguments.json, || table(&rows))?;
     Ok(CommandOutcome::Done)
 }
 

@@ -31,19 +31,25 @@ pub struct MethodSetup<'a> {
 
 /// The measurements of one search.
 #[derive(Debug, Clone)]
-pub struct MethodTrial {
+struct MethodTrial {
     /// Time, work and outcome.
-    pub trial: Trial,
+    trial: Trial,
     /// Steps of the plan.
-    pub steps: u64,
+    steps: u64,
 }
 
 impl MethodSetup<'_> {
-    /// Searches with a seed and measures; checks the plan if requested.
+    /// Searches with the seeds 1 to `trials`.
     ///
     /// # Errors
-    /// When the planner cannot be made, the plan cannot be checked, or a signal comes.
-    pub fn run(&self, seed: u64) -> Result<MethodTrial, CommandError> {
+    /// When the planner cannot be made, a plan cannot be checked, or a signal comes.
+    pub fn row(&self, trials: u64) -> Result<MethodRow, CommandError> {
+        let trials = (1..=trials).map(|seed| self.run(seed)).collect::<Result<Vec<_>, _>>()?;
+        Ok(MethodRow::of(self, &trials))
+    }
+
+    /// Searches with a seed and measures; checks the plan if requested.
+    fn run(&self, seed: u64) -> Result<MethodTrial, CommandError> {
         let (trial, planner) = self.search(seed)?;
         let setup = self.trial_setup(seed);
         let check_result =
@@ -105,7 +111,7 @@ pub struct MethodRow {
 
 impl MethodRow {
     /// The row of some searches.
-    pub fn of(setup: &MethodSetup<'_>, trials: &[MethodTrial]) -> Self {
+    fn of(setup: &MethodSetup<'_>, trials: &[MethodTrial]) -> Self {
         let found: Vec<&MethodTrial> =
             trials.iter().filter(|trial| trial.trial.is_found()).collect();
         let of_found = |value: fn(&MethodTrial) -> f64| {

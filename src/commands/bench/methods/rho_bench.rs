@@ -1,65 +1,52 @@
 //! `surefoot bench rho`: figure 5.8 of the thesis, the mean time of w-RPG over the radius of the
 //! discs [Grey 5.7.2].
 
-use serde::Serialize;
 use surefoot_planner::methods::method::{Method, MethodParameters};
 
 use crate::cli::bench_arguments::RhoArguments;
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::methods::method_report::MethodReport;
 use crate::commands::bench::methods::method_trial::{MethodRow, MethodSetup};
-use crate::commands::bench::methods::methods_bench::{csv, json, table};
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::scale::plot::{Curve, log_log};
 use crate::commands::bench::scenarios;
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::terminal;
 
 /// The scenarios of figure 5.7.
 const SCENARIOS: [&str; 3] = ["stepping_stones", "checkers", "pass_under"];
 /// Where the plot draws an infinite radius, relative to R_max.
 const INFINITE_AT: f64 = 10.0;
 
-/// Everything that was measured.
-#[derive(Debug, Serialize)]
-struct Report {
-    schema: &'static str,
-    machine: Machine,
-    work_max: u64,
-    rows: Vec<MethodRow>,
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// When a scenario cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &RhoArguments) -> Result<CommandOutcome, CommandError> {
-    let scenarios = scenarios::load(&arguments.scenarios, &SCENARIOS)?;
+    let scenarios = scenarios::load(&arguments.common.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
     let mut rows = vec![];
     for inputs in &scenarios {
         for &share in &arguments.shares {
-            let samples = arguments.samples.parameters();
+            let samples = arguments.common.samples.parameters();
             let setup = MethodSetup {
                 inputs,
                 method: if share.is_finite() { Method::WRpg } else { Method::Mmprm },
                 parameters: MethodParameters { disc_radius_share: share, ..samples },
-                work_max: arguments.work,
-                threads: arguments.threads.count(),
+                work_max: arguments.common.work,
+                threads: arguments.common.threads.count(),
                 check: false,
             };
-            let trials = (1..=arguments.trials)
-                .map(|seed| setup.run(seed))
-                .collect::<Result<Vec<_>, _>>()?;
-            rows.push(MethodRow::of(&setup, &trials));
+            rows.push(setup.row(arguments.trials)?);
         }
     }
-    let report = Report { schema: "surefoot-bench-rho/1", machine, work_max: arguments.work, rows };
+    let schema = "surefoot-bench-rho/1";
+    let report = MethodReport { schema, machine, work_max: arguments.common.work, rows };
     if let Some(folder) = &arguments.out {
-        output_files::write_json(&report, &folder.join("rho.json"))?;
-        output_files::write_text(&csv(&report.rows), &folder.join("rho.csv"))?;
+        report.save(folder, "rho")?;
         output_files::write_text(&figure(&report.rows), &folder.join("rho.svg"))?;
     }
-    terminal::print_result(&if arguments.json { json(&report)? } else { table(&report.rows) });
+    print_report(&report, arguments.common.json, || report.table())?;
     Ok(CommandOutcome::Done)
 }
 

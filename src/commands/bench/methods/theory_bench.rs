@@ -13,14 +13,13 @@ use surefoot_planner::theory::route_sampling::{DIMENSIONS, RouteSampling, ball_r
 use crate::cli::bench_arguments::TheoryArguments;
 use crate::commands::bench::machine::Machine;
 use crate::commands::bench::methods::method_trial::MethodSetup;
-use crate::commands::bench::methods::methods_bench::json;
 use crate::commands::bench::methods::theory_numbers::TheoryNumbers;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::scenarios;
 use crate::commands::bench::table::aligned;
 use crate::input::inputs::Inputs;
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::terminal;
 
 /// The scenarios of figure 5.7.
 const SCENARIOS: [&str; 3] = ["stepping_stones", "checkers", "pass_under"];
@@ -63,7 +62,7 @@ struct Report {
 /// # Errors
 /// When a scenario cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &TheoryArguments) -> Result<CommandOutcome, CommandError> {
-    let scenarios = scenarios::load(&arguments.scenarios, &SCENARIOS)?;
+    let scenarios = scenarios::load(&arguments.common.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
     let mut rows = vec![];
     for inputs in &scenarios {
@@ -73,7 +72,7 @@ pub fn run(arguments: &TheoryArguments) -> Result<CommandOutcome, CommandError> 
     if let Some(folder) = &arguments.out {
         output_files::write_json(&report, &folder.join("theory.json"))?;
     }
-    terminal::print_result(&if arguments.json { json(&report)? } else { text(&report.rows) });
+    print_report(&report, arguments.common.json, || text(&report.rows))?;
     Ok(if report.rows.len() == scenarios.len() {
         CommandOutcome::Done
     } else {
@@ -83,14 +82,14 @@ pub fn run(arguments: &TheoryArguments) -> Result<CommandOutcome, CommandError> 
 
 /// The row of a scenario; none if the full planner finds no plan to measure.
 fn row(arguments: &TheoryArguments, inputs: &Inputs) -> Result<Option<TheoryRow>, CommandError> {
-    let samples = arguments.samples.parameters();
+    let samples = arguments.common.samples.parameters();
     let parameters = MethodParameters { rounds_max: 1, ..samples };
     let setup = |method| MethodSetup {
         inputs,
         method,
         parameters,
-        work_max: arguments.work,
-        threads: arguments.threads.count(),
+        work_max: arguments.common.work,
+        threads: arguments.common.threads.count(),
         check: false,
     };
     let (trial, planner) = setup(Method::Rpg).search(1)?;

@@ -1,6 +1,7 @@
 //! `surefoot bench replan`: time of replanning from the rest state after the controller refused a
 //! chunk. It runs the planner process's code from the controller's feedback on, without transport.
 
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::replan::refusals;
 use serde::Serialize;
 use surefoot_shared_types::message::PlanChunk;
@@ -14,7 +15,6 @@ use crate::commands::bench::trial::{Trial, TrialSetup};
 use crate::commands::plan::planning_task::PlanningTask;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::terminal;
 
 /// The default scenarios.
 const SCENARIOS: [&str; 3] = ["ibeam_gap", "stepping_stones", "cinder_blocks"];
@@ -48,8 +48,7 @@ pub fn run(arguments: &ReplanArguments) -> Result<CommandOutcome, CommandError> 
         .map(|inputs| row(arguments, inputs, &machine.program))
         .collect::<Result<Vec<_>, _>>()?;
     let report = ReplanReport { schema: "surefoot-bench-replan/1", machine, rows };
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    print_report(&report, arguments.json, || text(&report))?;
     let is_complete = |row: &ReplanRow| {
         row.plans as u64 == arguments.trials && row.search.found == row.search.trials
     };

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::cli::bench_arguments::{ScaleArguments, ScalePart};
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::row::Row;
 use crate::commands::bench::scale::plot::{Curve, log_log};
 use crate::commands::bench::scenarios;
@@ -16,7 +17,7 @@ use crate::commands::bench::trial::TrialSetup;
 use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::{memory, terminal};
+use crate::system::memory;
 
 /// Everything that is reported.
 #[derive(Debug, Serialize)]
@@ -77,8 +78,7 @@ pub fn run(arguments: &ScaleArguments) -> Result<CommandOutcome, CommandError> {
         write_plots(&report, folder)?;
         output_files::write_json(&report, &folder.join("scale.json"))?;
     }
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    print_report(&report, arguments.json, || text(&report))?;
     let complete = report
         .gauntlet
         .iter()

@@ -35,8 +35,8 @@ pub(crate) struct RequestCounts {
     pub(crate) descriptor_growth: i64,
 }
 
-/// A pair that serves.
-pub(crate) struct Pair {
+/// A planner and a controller that serve.
+pub(crate) struct ServingProcesses {
     scenario: PathBuf,
     name: String,
     control: Child,
@@ -46,7 +46,7 @@ pub(crate) struct Pair {
     counts: RequestCounts,
 }
 
-impl Pair {
+impl ServingProcesses {
     /// Starts both roles.
     pub(crate) fn start(scenario: &Path) -> Result<Self, CommandError> {
         let name = format!("soak-{}", std::process::id());

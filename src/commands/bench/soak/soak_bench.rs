@@ -3,13 +3,14 @@
 use serde::Serialize;
 
 use crate::cli::bench_arguments::SoakArguments;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::soak::faults::{Faults, Harm};
 use crate::commands::bench::soak::random::Random;
-use crate::commands::bench::soak::requests::{Pair, RequestCounts};
+use crate::commands::bench::soak::requests::{RequestCounts, ServingProcesses};
 use crate::commands::bench::soak::walks;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::Stopwatch;
-use crate::system::{signals, terminal};
+use crate::system::signals;
 
 /// Everything that is reported.
 #[derive(Debug, Default, Serialize)]
@@ -39,8 +40,7 @@ pub fn run(arguments: &SoakArguments) -> Result<CommandOutcome, CommandError> {
     walk(arguments, &watch, &mut random, &mut report)?;
     request(arguments, &watch, &mut random, &mut report)?;
     report.seconds = watch.seconds();
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    print_report(&report, arguments.json, || text(&report))?;
     let is_harmless = report.harm == Harm::default();
     Ok(if is_harmless { CommandOutcome::Done } else { CommandOutcome::Refused })
 }
@@ -76,7 +76,7 @@ fn request(
     if arguments.requests == 0 {
         return Ok(());
     }
-    let mut pair = Pair::start(&arguments.request_scenario)?;
+    let mut pair = ServingProcesses::start(&arguments.request_scenario)?;
     while report.requests < arguments.requests && may_go_on(arguments, watch)? {
         pair.request(random, (&mut report.faults, &mut report.harm))?;
         report.requests += 1;

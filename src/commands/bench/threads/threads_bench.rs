@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::cli::bench_arguments::ThreadsArguments;
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::scenarios;
 use crate::commands::bench::statistics::Summary;
 use crate::commands::bench::table::{aligned, seconds};
@@ -14,7 +15,7 @@ use crate::commands::bench::threads::busy_loops;
 use crate::commands::bench::trial::{Trial, TrialSetup};
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::{cores, terminal};
+use crate::system::cores;
 
 /// The default scenarios: searches of about 10, 50 and 300 ms.
 const SCENARIOS: [&str; 3] = ["flat_walk", "rough_ground", "gauntlet_2"];
@@ -76,8 +77,7 @@ pub fn run(arguments: &ThreadsArguments) -> Result<CommandOutcome, CommandError>
     }
     let rows = searches.iter().map(Searches::row).collect();
     let report = ThreadsReport { schema: "surefoot-bench-threads/1", machine, rows };
-    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    print_report(&report, arguments.json, || text(&report))?;
     Ok(outcome(&report))
 }
 
