@@ -76,7 +76,8 @@ class NoPlan(Error):
     ) -> None:
         super().__init__(message)
         self.outcome = outcome
-        """``budget_exhausted``, ``arena_full``, ``impossible``, ``start_invalid`` or ``goal_invalid``."""
+        """``budget_exhausted``, ``arena_full``, ``impossible``, ``start_invalid`` or
+        ``goal_invalid``."""
         self.parameter = parameter
         """The parameter that bounds a full arena."""
         self.stats = stats or {}
