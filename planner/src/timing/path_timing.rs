@@ -271,7 +271,7 @@ impl PathTiming {
     }
 
     /// The number of spans whose motion does not change any more; `is_complete`: whether the path
-    /// is.
+    /// is. Written spans are among them.
     pub fn final_spans(&self, is_complete: bool) -> usize {
         if is_complete {
             return self.spans();
@@ -279,7 +279,8 @@ impl PathTiming {
         let Some(last) = self.profile.fixed.checked_sub(1) else { return 0 };
         let fixed = self.timed.law.time_of_node(last) - 0.5 * ROUNDING_TIME;
         let ends = |span: &usize| self.span_times(*span).end <= fixed;
-        (0..self.spans()).take_while(ends).count()
+        let written = self.stops.first();
+        written + (written..self.spans()).take_while(ends).count()
     }
 
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where
