@@ -59,7 +59,7 @@ impl SmoothPathStage {
             return Ok(Event::Continue);
         }
         self.has_begun = false;
-        (stats.rests, stats.searched_phases) = (smoother.rests(), smoother.searched_phases());
+        stats.searched_phases = smoother.searched_phases();
         Ok(Event::Done)
     }
 

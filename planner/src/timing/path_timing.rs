@@ -27,8 +27,6 @@ use crate::timing::tuning::{ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX
 pub struct TimingStats {
     /// Rests between the ends of the path.
     pub rests: u64,
-    /// Rounds in which the profile was slowed down.
-    pub rounds: u64,
     /// Points at which the robot cannot stand within the full margins, but within smaller ones.
     pub relaxed: u64,
     /// Points at which no contact forces within the limits hold the robot. It passes them slowly.
@@ -142,15 +140,13 @@ impl PathTiming {
                 _ => points[at].parameter,
             };
             let state = state_at(points, parameter);
-            let is_last = at + 1 == count;
-            let lands = is_last && span.contacts.len() == 1;
+            let lands = at + 1 == count && span.contacts.len() == 1;
             let (rates, level) = self.robot.rates(&mut self.contact_rates, span, &state, lands);
             self.stats.relaxed += u64::from(level != Level::Full);
             self.stats.unsupported += u64::from(level == Level::Unsupported);
             self.timed.nodes.push(Node {
                 position: parameter + offset,
                 rests: at == 0 && (span.starts_at_rest || index == 0),
-                ends_span: is_last,
                 rates,
                 factor: 1.0,
                 level,
@@ -194,7 +190,6 @@ impl PathTiming {
             if everywhere && !begins_at_rest {
                 return false;
             }
-            self.stats.rounds += 1;
             self.slow_down(everywhere);
         }
         false

@@ -22,17 +22,6 @@ impl RateSet {
         Self { vertices: corners.into_iter().map(DVec2::from).collect() }
     }
 
-    /// The polygon of these vertices, which are convex and counter-clockwise. Vertices beyond
-    /// [`VERTICES_MAX`] are dropped, which only shrinks the set.
-    pub fn of_vertices(vertices: impl IntoIterator<Item = DVec2>) -> Self {
-        let mut set = Self::default();
-        for vertex in vertices {
-            set.push(vertex);
-        }
-        set.close();
-        set
-    }
-
     /// Its vertices.
     pub fn vertices(&self) -> &[DVec2] {
         &self.vertices

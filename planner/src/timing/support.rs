@@ -8,9 +8,6 @@ use surefoot_shared_types::message::Contact;
 use crate::timing::limits::Level;
 use crate::timing::path_point::PathSpan;
 
-/// Edges of the friction pyramid.
-pub const PYRAMID: usize = 4;
-
 /// A polygon of a sole, m.
 pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
 

@@ -175,7 +175,6 @@ mod tests {
         Node {
             position,
             rests,
-            ends_span: false,
             rates: RateSet::default(),
             factor: 1.0,
             level: Level::Full,
