@@ -9,8 +9,9 @@
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
 
+use crate::geometry::polygon::outward_sides;
 use crate::timing::path_point::PathSpan;
-use crate::timing::support::{FootSupport, Support, sides};
+use crate::timing::support::{FootSupport, Support};
 
 /// Share of the load on the second foot at both ends of a double support; `None` where the robot
 /// stands before or after on both feet.
@@ -92,7 +93,7 @@ fn balanced_share(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> f64 
 fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64, f64) {
     let [a, b] = moments.map(|moment| pressure_offset(foot, force, moment));
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
-    for (normal, offset) in sides(&foot.polygon) {
+    for (normal, offset) in outward_sides(&foot.polygon) {
         let (depth, slope) = (offset - normal.dot(a), normal.dot(b - a));
         if slope > 1e-12 {
             high = high.min(depth / slope);
