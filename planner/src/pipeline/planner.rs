@@ -314,7 +314,7 @@ impl Planner {
             ("roadmap", search.roadmap.bytes()),
             ("batches", search.batch.bytes()),
             ("sequences", sequences),
-            ("chunks", stages.chunks.chunks.bytes()),
+            ("chunks", stages.chunks.bytes()),
             ("collision", context.constraints.collision.bytes()),
             ("surfaces", context.surfaces.heap_bytes()),
             ("foot placement", search.footholds.scratch.iter().map(Scratch::heap_bytes).sum()),

@@ -38,6 +38,11 @@ impl TimedChunks {
         }
     }
 
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.timing.bytes()
+    }
+
     /// Writes what happened so far.
     pub fn count(&self, stats: &mut SearchStats) {
         let TimingStats { rests, relaxed, unsupported, beyond } = self.timing.stats();
