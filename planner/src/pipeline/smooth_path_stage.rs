@@ -12,7 +12,7 @@ use crate::timing::path_point::Path;
 #[derive(Debug)]
 pub(crate) struct SmoothPathStage {
     /// The path; none where plans keep the searched motion.
-    pub smoother: Option<Smoother>,
+    smoother: Option<Smoother>,
     has_begun: bool,
 }
 

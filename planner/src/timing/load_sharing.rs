@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
 
+use crate::base::smooth_step::smooth_step;
 use crate::geometry::polygon::outward_sides;
 use crate::timing::path_point::PathSpan;
 use crate::timing::support::{FootSupport, Support};
@@ -46,7 +47,7 @@ impl LoadSchedule {
     /// The scheduled share at `progress` (0 to 1), where `free` is the share that balances best.
     fn share(&self, progress: f64, free: f64) -> f64 {
         let towards = |end: Option<f64>, distance: f64| match end {
-            Some(end) => (end - free) * (1.0 - smooth(distance / HANDOVER)),
+            Some(end) => (end - free) * (1.0 - smooth_step(distance / HANDOVER)),
             None => 0.0,
         };
         free + towards(self.start, progress) + towards(self.end, 1.0 - progress)
@@ -104,10 +105,4 @@ fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64,
         }
     }
     (low, high)
-}
-
-/// A smooth step from 0 to 1.
-fn smooth(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * t * (10.0 - t * (15.0 - 6.0 * t))
 }
