@@ -29,13 +29,7 @@ pub(crate) struct TimedChunks {
 impl TimedChunks {
     /// Takes the memory of a timing.
     pub fn new(timing: PathTiming) -> Self {
-        Self {
-            timing,
-            pieces: [0; OPEN_PIECES + 1],
-            written: 0,
-            brake_after: 0.0,
-            without_stop: 0,
-        }
+        Self { timing, pieces: [0; OPEN_PIECES + 1], written: 0, brake_after: 0.0, without_stop: 0 }
     }
 
     /// Bytes reserved.

@@ -322,12 +322,7 @@ fn write(
 }
 
 /// Writes what a zeroed chunk names beside its waypoints.
-fn write_header(
-    chunk: &mut PlanChunk,
-    provenance: &Provenance,
-    mode: u32,
-    contacts: &[Contact],
-) {
+fn write_header(chunk: &mut PlanChunk, provenance: &Provenance, mode: u32, contacts: &[Contact]) {
     (chunk.schema, chunk.mode, chunk.joints_len) =
         (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
     (chunk.robot, chunk.world, chunk.config) =

@@ -27,9 +27,8 @@ impl ProfileCheck<'_> {
     /// `ROUNDING_TIME` after the unrounded one.
     fn first_span(&self, from: f64) -> usize {
         let law = &self.timed.law;
-        let begins_before = |(node, _): &(usize, f64)| {
-            law.time_of_node(*node) + ROUNDING_TIME <= from
-        };
+        let begins_before =
+            |(node, _): &(usize, f64)| law.time_of_node(*node) + ROUNDING_TIME <= from;
         self.timed.starts.partition_point(begins_before).saturating_sub(1)
     }
 
