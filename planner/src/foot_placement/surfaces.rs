@@ -105,16 +105,8 @@ impl Surfaces {
     /// The horizontal distance from a point to the outline of an element seen from above, and the
     /// height of the element there, m.
     pub(crate) fn distance_and_height(&self, id: u32, from: DVec2) -> (f64, f64) {
-        match self.element(id) {
-            Element::Face(face, vertices) => {
-                let near = nearest_on_outline(vertices, from);
-                ((near - from).length(), face.height_at(near))
-            }
-            Element::Curved(curved) => {
-                let near = curved.nearest_on_axis(from);
-                ((near - from).length(), curved.top_at(near).z)
-            }
-        }
+        let near = self.nearest_point(id, from);
+        ((near.truncate() - from).length(), near.z)
     }
 
     /// The point of an element, seen from above, that is nearest to `from`.

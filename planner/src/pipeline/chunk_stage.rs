@@ -37,6 +37,11 @@ impl ChunkStage {
         Self { chunks, next: 0, is_written: false, timed, digest: Digest::default() }
     }
 
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.chunks.bytes() + self.timed.as_ref().map_or(0, TimedChunks::bytes)
+    }
+
     /// Writes the next motions and finalizes chunks before them, within `budget` units of work. The
     /// pieces of a smooth `path`, and their chunks, are not divided by the budget.
     ///

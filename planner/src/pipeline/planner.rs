@@ -294,8 +294,8 @@ impl Planner {
     /// The smooth path of the plan, once found: its points and its spans. None where the plan keeps
     /// the searched motion.
     pub fn smooth_path(&self) -> Option<(&[PathPoint], &[PathSpan])> {
-        let smoother = self.stages.smooth_path.smoother.as_ref().filter(|_| self.has_found())?;
-        Some((smoother.points(), smoother.spans()))
+        let path = self.stages.smooth_path.path().filter(|_| self.has_found())?;
+        Some((path.points, path.spans))
     }
 
     /// Bytes of all arenas by name.
@@ -314,7 +314,7 @@ impl Planner {
             ("roadmap", search.roadmap.bytes()),
             ("batches", search.batch.bytes()),
             ("sequences", sequences),
-            ("chunks", stages.chunks.chunks.bytes()),
+            ("chunks", stages.chunks.bytes()),
             ("collision", context.constraints.collision.bytes()),
             ("surfaces", context.surfaces.heap_bytes()),
             ("foot placement", search.footholds.scratch.iter().map(Scratch::heap_bytes).sum()),

@@ -191,7 +191,7 @@ impl<'a> PlannerBuilder<'a> {
                 endpoints.stance_width(),
             ),
             endpoints,
-            relaxation: RelaxationStage::new(&context),
+            relaxation: RelaxationStage::new(),
             segmentation: SegmentationStage::default(),
             primitives: PrimitiveStage::default(),
             sequence: SequenceStage::new(

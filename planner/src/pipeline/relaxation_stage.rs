@@ -26,9 +26,9 @@ pub(crate) struct RelaxationStage {
 }
 
 impl RelaxationStage {
-    /// The problem of a robot in a world, with reserved memory. Allocates.
-    pub fn new(context: &PlanningContext) -> Self {
-        Self { problem: RelaxedProblem::new(&relaxed(context)), is_begun: false }
+    /// A problem with reserved memory. Allocates.
+    pub fn new() -> Self {
+        Self { problem: RelaxedProblem::new(), is_begun: false }
     }
 
     /// Bytes reserved.
@@ -47,7 +47,8 @@ impl RelaxationStage {
         budget: u64,
     ) -> Result<Event, ArenaFull> {
         if !std::mem::replace(&mut self.is_begun, true) {
-            self.problem.begin([START, GOAL].map(|end| relaxed_end(search, end)));
+            let ends = [START, GOAL].map(|end| relaxed_end(search, end));
+            self.problem.begin(&relaxed(context), ends);
         }
         for _ in 0..budget.max(1) {
             search.stats.work += 1;
@@ -71,8 +72,8 @@ pub(crate) fn obstruction(context: &PlanningContext, search: &Search) -> Option<
         return None;
     }
     let world = relaxed(context);
-    let mut problem = RelaxedProblem::new(&world);
-    problem.begin([START, GOAL].map(|end| relaxed_end(search, end)));
+    let mut problem = RelaxedProblem::new();
+    problem.begin(&world, [START, GOAL].map(|end| relaxed_end(search, end)));
     loop {
         match problem.advance(&world) {
             None => {}

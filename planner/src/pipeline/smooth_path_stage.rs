@@ -12,7 +12,7 @@ use crate::timing::path_point::Path;
 #[derive(Debug)]
 pub(crate) struct SmoothPathStage {
     /// The path; none where plans keep the searched motion.
-    pub smoother: Option<Smoother>,
+    smoother: Option<Smoother>,
     has_begun: bool,
 }
 
@@ -59,7 +59,7 @@ impl SmoothPathStage {
             return Ok(Event::Continue);
         }
         self.has_begun = false;
-        (stats.rests, stats.searched_phases) = (smoother.rests(), smoother.searched_phases());
+        stats.searched_phases = smoother.searched_phases();
         Ok(Event::Done)
     }
 

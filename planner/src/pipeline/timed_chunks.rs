@@ -16,8 +16,6 @@ const OPEN_PIECES: usize = 2;
 #[derive(Debug)]
 pub(crate) struct TimedChunks {
     timing: PathTiming,
-    /// Number of spans whose limits are known.
-    added: usize,
     /// Number of spans before the end of each of the last pieces, the latest last.
     pieces: [usize; OPEN_PIECES + 1],
     /// Number of spans that are written.
@@ -31,19 +29,17 @@ pub(crate) struct TimedChunks {
 impl TimedChunks {
     /// Takes the memory of a timing.
     pub fn new(timing: PathTiming) -> Self {
-        Self {
-            timing,
-            added: 0,
-            pieces: [0; OPEN_PIECES + 1],
-            written: 0,
-            brake_after: 0.0,
-            without_stop: 0,
-        }
+        Self { timing, pieces: [0; OPEN_PIECES + 1], written: 0, brake_after: 0.0, without_stop: 0 }
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.timing.bytes()
     }
 
     /// Writes what happened so far.
     pub fn count(&self, stats: &mut SearchStats) {
-        let TimingStats { rests, relaxed, unsupported, beyond, .. } = self.timing.stats();
+        let TimingStats { rests, relaxed, unsupported, beyond } = self.timing.stats();
         stats.relaxed_points = relaxed - unsupported;
         (stats.rests, stats.beyond_limits) = (rests, unsupported + beyond);
         stats.without_stop = self.without_stop;
@@ -59,10 +55,10 @@ impl TimedChunks {
         path: Path<'_>,
         chunks: &mut ChunkBuilder,
     ) -> Result<Option<u64>, ArenaFull> {
-        if self.added == 0 {
+        if self.timing.spans() == 0 {
             self.timing.begin();
         }
-        let is_complete = self.added == path.spans.len();
+        let is_complete = self.timing.spans() == path.spans.len();
         if self.written < self.timing.final_spans(is_complete) {
             self.written += 1;
             return self.write(path, self.written - 1, chunks).map(Some);
@@ -70,19 +66,19 @@ impl TimedChunks {
         if is_complete {
             return Ok(None);
         }
-        let span = &path.spans[self.added];
+        let span = &path.spans[self.timing.spans()];
         let points = (span.last - span.first + 1) as u64;
         self.timing.add_span(path)?;
-        self.added += 1;
+        let known = self.timing.spans();
         let mut units = UNITS_PER_POINT * points;
         let is_single = span.contacts.len() == 1;
-        let lands = path.spans.get(self.added).is_none_or(|next| next.contacts.len() > 1);
-        if self.added == path.spans.len() || is_single && lands {
+        let lands = path.spans.get(known).is_none_or(|next| next.contacts.len() > 1);
+        if known == path.spans.len() || is_single && lands {
             self.pieces.rotate_left(1);
-            self.pieces[OPEN_PIECES] = self.added;
+            self.pieces[OPEN_PIECES] = known;
             let first = &path.spans[self.pieces[0]];
-            let known = Path { spans: &path.spans[..self.added], ..path };
-            self.timing.solve(known, self.pieces[0], self.written);
+            let known_path = Path { spans: &path.spans[..known], ..path };
+            self.timing.solve(known_path, self.pieces[0], self.written);
             units += UNITS_PER_POINT * (span.last - first.first) as u64;
         }
         Ok(Some(units))

@@ -151,11 +151,12 @@ impl ChunkBuilder {
         let at = self.written;
         self.reserve(executed.waypoints().len() - 1, 1)?;
         let waypoints = executed.waypoints().iter().rev().map(Waypoint::rested);
+        let contacts = executed.contacts();
         write(
             &mut self.chunks[at],
             (&self.provenance, &self.timing),
             executed.mode,
-            executed.contacts().iter().copied(),
+            (contacts, &Ground::under(contacts)),
             waypoints,
         );
         Ok(())
@@ -207,8 +208,7 @@ impl ChunkBuilder {
         let at = self.written;
         self.reserve(waypoints.len() - 1, 1)?;
         let chunk = &mut self.chunks[at];
-        let contacts = part.span.contacts.iter().copied();
-        write_header(chunk, &self.provenance, part.span.support as u32, contacts);
+        write_header(chunk, &self.provenance, part.span.support as u32, &part.span.contacts);
         chunk.interpolation = Interpolation::Quintic as u64;
         chunk.brake_at = part.stop.brake_at;
         chunk.brake_duration = part.stop.brake_duration;
@@ -286,14 +286,16 @@ impl Task<'_> {
                 chunks.iter_mut().for_each(|chunk| finalized.finalize(chunk))
             }
             Self::Write { chunks, motion } => {
+                let contacts: heapless::Vec<Contact, 2> =
+                    motion.stance.iter().map(|foothold| contact_of(foothold)).collect();
+                let ground = Ground::under(&contacts);
                 let mut first = &motion.first;
                 for (chunk, piece) in chunks.iter_mut().zip(motion.path.chunks(STEPS_MAX)) {
-                    let contacts = motion.stance.iter().map(|foothold| contact_of(foothold));
                     write(
                         chunk,
                         inputs,
                         motion.support as u32,
-                        contacts,
+                        (&contacts, &ground),
                         [first].into_iter().chain(piece).map(waypoint),
                     );
                     first = &piece[piece.len() - 1];
@@ -309,30 +311,24 @@ fn write(
     chunk: &mut PlanChunk,
     (provenance, timing): (&Provenance, &TimeParameterization),
     mode: u32,
-    contacts: impl Iterator<Item = Contact>,
+    (contacts, ground): (&[Contact], &Ground),
     waypoints: impl Iterator<Item = Waypoint>,
 ) {
     write_header(chunk, provenance, mode, contacts);
     chunk.interpolation = Interpolation::Linear as u64;
     write_waypoints(chunk, waypoints);
     let used = chunk.waypoints_len as usize;
-    let ground = Ground::under(chunk.contacts());
-    timing.set_intervals(&mut chunk.waypoints[..used], &ground);
+    timing.set_intervals(&mut chunk.waypoints[..used], ground);
 }
 
 /// Writes what a zeroed chunk names beside its waypoints.
-fn write_header(
-    chunk: &mut PlanChunk,
-    provenance: &Provenance,
-    mode: u32,
-    contacts: impl Iterator<Item = Contact>,
-) {
+fn write_header(chunk: &mut PlanChunk, provenance: &Provenance, mode: u32, contacts: &[Contact]) {
     (chunk.schema, chunk.mode, chunk.joints_len) =
         (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
     (chunk.robot, chunk.world, chunk.config) =
         (provenance.robot, provenance.world, provenance.config);
     for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
-        *slot = contact;
+        *slot = *contact;
         chunk.contacts_len += 1;
     }
 }

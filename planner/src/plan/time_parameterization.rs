@@ -277,7 +277,6 @@ mod tests {
         }
     }
 
-    /// Waypoints of one joint.
     /// A support region of kilometres.
     fn wide() -> ConvexRegion {
         let corners = [(-1e3, -1e3), (1e3, -1e3), (1e3, 1e3), (-1e3, 1e3)];
@@ -292,6 +291,7 @@ mod tests {
         assert_eq!(balance.of(4e-3), BALANCE_RESERVE_MIN);
     }
 
+    /// Waypoints of one joint.
     fn along(positions: &[f64]) -> Vec<Waypoint> {
         let waypoint = |position: &f64| {
             let mut waypoint = Waypoint::zeroed();

@@ -50,7 +50,7 @@ pub(crate) enum RelaxedOutcome {
 }
 
 /// Upper bounds of what the robot can do.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct Bounds {
     /// Greatest distance of a point of a sole from its origin, m.
     sole_radius: f64,
@@ -99,10 +99,10 @@ pub(crate) struct RelaxedProblem {
 }
 
 impl RelaxedProblem {
-    /// A problem of a robot in a world, with reserved memory. Allocates.
-    pub fn new(world: &RelaxedWorld<'_>) -> Self {
+    /// A problem with reserved memory. Allocates.
+    pub fn new() -> Self {
         Self {
-            bounds: Bounds::of(world),
+            bounds: Bounds::default(),
             ends: Default::default(),
             grid: None,
             is_clipped: false,
@@ -115,9 +115,9 @@ impl RelaxedProblem {
         }
     }
 
-    /// Begins between two ends.
-    pub fn begin(&mut self, ends: [RelaxedEnd; 2]) {
-        (self.ends, self.grid) = (ends, None);
+    /// Begins with a robot in a world, between two ends.
+    pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2]) {
+        (self.bounds, self.ends, self.grid) = (Bounds::of(world), ends, None);
         self.part = Part::Measure(0, Aabb::EMPTY);
     }
 

@@ -6,7 +6,7 @@ use surefoot_shared_types::Pose;
 use crate::base::arena::reserve;
 use crate::smooth_path::key::{Key, WeightedKeys};
 use crate::smooth_path::layout::{Layout, SearchedPlan, stance_limb};
-use crate::smooth_path::spline::end_weights;
+use crate::smooth_path::spline::{around, end_weights};
 use crate::smooth_path::swing_curve::SwingCurve;
 use crate::smooth_path::tuning::STANCE_KEYS;
 use crate::smooth_path::variant::VARIANTS;
@@ -42,10 +42,7 @@ impl Curve {
         let interval = self.kept((libm::floor(at) as usize).min(last), within);
         let weights =
             end_weights(at - interval as f64, self.rests[interval], self.rests[interval + 1]);
-        let key = |index: usize| &self.keys[index.min(last + 1)];
-        let keys =
-            [key(interval.saturating_sub(1)), key(interval), key(interval + 1), key(interval + 2)];
-        WeightedKeys { keys, weights }
+        WeightedKeys { keys: around(&self.keys, interval), weights }
     }
 
     /// The interval nearest to `interval` that no rest separates from the place `within`.

@@ -11,7 +11,7 @@ use crate::robot::configuration::{Configuration, midway};
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
 use crate::smooth_path::searched_motion::SearchedPhase;
-use crate::smooth_path::spline::end_weights;
+use crate::smooth_path::spline::{around, end_weights};
 use crate::smooth_path::tuning::{FOLLOWED_KEYS_MAX, FOLLOWED_KEYS_MIN};
 
 /// A configuration of the searched motion, as a key of the spline.
@@ -102,9 +102,7 @@ impl FollowedMotion {
         let last = self.end() - 1;
         let interval = (libm::floor(place) as usize).min(last);
         let weights = end_weights(place - interval as f64, interval == 0, interval == last);
-        let key = |index: usize| &self.keys[index.min(last + 1)];
-        let around =
-            [key(interval.saturating_sub(1)), key(interval), key(interval + 1), key(interval + 2)];
+        let around = around(&self.keys, interval);
         let sum = |value: &dyn Fn(&FollowedKey) -> f64| -> f64 {
             around.iter().zip(weights).map(|(key, weight)| weight * value(key)).sum()
         };

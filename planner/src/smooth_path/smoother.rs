@@ -113,11 +113,6 @@ impl Smoother {
         &self.spans
     }
 
-    /// How often the robot rests on the way.
-    pub fn rests(&self) -> u64 {
-        self.spans.iter().skip(1).filter(|span| span.starts_at_rest).count() as u64
-    }
-
     /// Number of phases that keep the searched motion, or follow it from rest to rest.
     pub fn searched_phases(&self) -> u64 {
         let phases = self.states.iter().enumerate();

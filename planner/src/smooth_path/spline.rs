@@ -33,10 +33,11 @@ pub(crate) fn end_weights(t: f64, starts: bool, ends: bool) -> [f64; 4] {
     [outer[0], begin, end, outer[1]]
 }
 
-/// The quintic step from 0 at `t <= 0` to 1 at `t >= 1`; its first two derivatives are continuous.
-pub(crate) fn smooth_step(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+/// The keys before, at the beginning, at the end and after an interval; where there is none, the one
+/// at that end.
+pub(crate) fn around<T>(keys: &[T], interval: usize) -> [&T; 4] {
+    let key = |index: usize| &keys[index.min(keys.len() - 1)];
+    [key(interval.saturating_sub(1)), key(interval), key(interval + 1), key(interval + 2)]
 }
 
 #[cfg(test)]
@@ -66,11 +67,5 @@ mod tests {
         assert_eq!(end_weights(1.0, true, true)[2], 1.0);
         let middle = end_weights(0.5, true, true);
         assert!((middle[1] - 0.5).abs() < 1e-15 && (middle[2] - 0.5).abs() < 1e-15);
-    }
-
-    #[test]
-    fn a_step_rests_at_both_ends() {
-        assert_eq!([smooth_step(-0.1), smooth_step(0.5), smooth_step(1.2)], [0.0, 0.5, 1.0]);
-        assert!(smooth_step(1e-3) < 1e-7);
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{rotation_from_scaled_axis, scaled_axis_from_rotation};
 
-use crate::smooth_path::spline::smooth_step;
+use crate::base::smooth_step::smooth_step;
 use crate::smooth_path::tuning::NORMAL_LIFT;
 
 /// Share of the lift that goes along the sole's normal; the rest goes straight up.

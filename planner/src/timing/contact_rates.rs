@@ -8,7 +8,7 @@ use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::timing::linear_program::{LinearProgram, NoOptimum};
-use crate::timing::path_dynamics::{Affine, PathDynamics};
+use crate::timing::path_dynamics::{Affine, Chains, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
 use crate::timing::tuning::{
@@ -60,7 +60,7 @@ pub(crate) struct ContactProblem<'a> {
     /// The stance feet.
     pub support: &'a Support,
     /// The joints between the root and each foot.
-    pub chains: &'a [heapless::Vec<usize, JOINTS_MAX>; 2],
+    pub chains: &'a Chains,
     /// Largest torques.
     pub efforts: &'a [f64; JOINTS_MAX],
     /// The part of them that may be used.

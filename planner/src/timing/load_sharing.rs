@@ -9,8 +9,10 @@
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
 
+use crate::base::smooth_step::smooth_step;
+use crate::geometry::polygon::outward_sides;
 use crate::timing::path_point::PathSpan;
-use crate::timing::support::{FootSupport, Support, sides};
+use crate::timing::support::{FootSupport, Support};
 
 /// Share of the load on the second foot at both ends of a double support; `None` where the robot
 /// stands before or after on both feet.
@@ -45,7 +47,7 @@ impl LoadSchedule {
     /// The scheduled share at `progress` (0 to 1), where `free` is the share that balances best.
     fn share(&self, progress: f64, free: f64) -> f64 {
         let towards = |end: Option<f64>, distance: f64| match end {
-            Some(end) => (end - free) * (1.0 - smooth(distance / HANDOVER)),
+            Some(end) => (end - free) * (1.0 - smooth_step(distance / HANDOVER)),
             None => 0.0,
         };
         free + towards(self.start, progress) + towards(self.end, 1.0 - progress)
@@ -92,7 +94,7 @@ fn balanced_share(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> f64 
 fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64, f64) {
     let [a, b] = moments.map(|moment| pressure_offset(foot, force, moment));
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
-    for (normal, offset) in sides(&foot.polygon) {
+    for (normal, offset) in outward_sides(&foot.polygon) {
         let (depth, slope) = (offset - normal.dot(a), normal.dot(b - a));
         if slope > 1e-12 {
             high = high.min(depth / slope);
@@ -103,10 +105,4 @@ fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64,
         }
     }
     (low, high)
-}
-
-/// A smooth step from 0 to 1.
-fn smooth(t: f64) -> f64 {
-    let t = t.clamp(0.0, 1.0);
-    t * t * t * (10.0 - t * (15.0 - 6.0 * t))
 }

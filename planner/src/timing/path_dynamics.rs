@@ -11,6 +11,9 @@ use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
 use crate::timing::tuning::{LIMITS_PART, RATE_CHANGE_MAX, RATE_MAX};
 
+/// The joints between the root and each foot.
+pub(crate) type Chains = [heapless::Vec<usize, JOINTS_MAX>; 2];
+
 /// A configuration with its derivatives by the path's parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct PathState<'a> {
@@ -92,6 +95,21 @@ impl PathDynamics {
         })
     }
 
+    /// The torque of a joint with the contacts of `support`; `None` where it depends on how they
+    /// share the load.
+    pub(crate) fn own_torque(
+        &self,
+        support: &Support,
+        chains: &Chains,
+        joint: usize,
+    ) -> Option<Affine> {
+        match support.feet.as_slice() {
+            [foot] if chains[foot.limb].contains(&joint) => Some(self.torque_under_load(joint)),
+            feet if feet.iter().any(|foot| chains[foot.limb].contains(&joint)) => None,
+            _ => Some(self.torque(joint)),
+        }
+    }
+
     fn affine(&self, of: impl Fn(&GeneralizedForce) -> f64) -> Affine {
         let slope = DVec2::new(of(&self.by_speed), of(&self.by_acceleration));
         Affine { slope, constant: of(&self.standing) }
@@ -99,12 +117,11 @@ impl PathDynamics {
 }
 
 /// The rates within the limits of each joint by itself: speeds, accelerations, and the torques that
-/// do not depend on how the contacts share the load. `chains` are the joints between the root and
-/// each foot.
+/// do not depend on how the contacts share the load.
 pub(crate) fn joint_rates(
     dynamics: &PathDynamics,
     state: &PathState<'_>,
-    (support, chains): (&Support, &[heapless::Vec<usize, JOINTS_MAX>; 2]),
+    (support, chains): (&Support, &Chains),
     (limits, level): (&TimingLimits, Level),
     joints_len: usize,
 ) -> RateSet {
@@ -119,11 +136,7 @@ pub(crate) fn joint_rates(
             rates.clip(DVec2::new(second, first), acceleration);
             rates.clip(-DVec2::new(second, first), acceleration);
         }
-        let torque = match support.feet.as_slice() {
-            [foot] if chains[foot.limb].contains(&joint) => dynamics.torque_under_load(joint),
-            feet if feet.iter().any(|foot| chains[foot.limb].contains(&joint)) => continue,
-            _ => dynamics.torque(joint),
-        };
+        let Some(torque) = dynamics.own_torque(support, chains, joint) else { continue };
         let limit = LIMITS_PART * effort;
         rates.clip(torque.slope, limit - torque.constant);
         rates.clip(-torque.slope, limit + torque.constant);

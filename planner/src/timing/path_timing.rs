@@ -27,8 +27,6 @@ use crate::timing::tuning::{ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX
 pub struct TimingStats {
     /// Rests between the ends of the path.
     pub rests: u64,
-    /// Rounds in which the profile was slowed down.
-    pub rounds: u64,
     /// Points at which the robot cannot stand within the full margins, but within smaller ones.
     pub relaxed: u64,
     /// Points at which no contact forces within the limits hold the robot. It passes them slowly.
@@ -142,15 +140,13 @@ impl PathTiming {
                 _ => points[at].parameter,
             };
             let state = state_at(points, parameter);
-            let is_last = at + 1 == count;
-            let lands = is_last && span.contacts.len() == 1;
+            let lands = at + 1 == count && span.contacts.len() == 1;
             let (rates, level) = self.robot.rates(&mut self.contact_rates, span, &state, lands);
             self.stats.relaxed += u64::from(level != Level::Full);
             self.stats.unsupported += u64::from(level == Level::Unsupported);
             self.timed.nodes.push(Node {
                 position: parameter + offset,
                 rests: at == 0 && (span.starts_at_rest || index == 0),
-                ends_span: is_last,
                 rates,
                 factor: 1.0,
                 level,
@@ -194,7 +190,6 @@ impl PathTiming {
             if everywhere && !begins_at_rest {
                 return false;
             }
-            self.stats.rounds += 1;
             self.slow_down(everywhere);
         }
         false
@@ -271,7 +266,7 @@ impl PathTiming {
     }
 
     /// The number of spans whose motion does not change any more; `is_complete`: whether the path
-    /// is.
+    /// is. Written spans are among them.
     pub fn final_spans(&self, is_complete: bool) -> usize {
         if is_complete {
             return self.spans();
@@ -279,7 +274,8 @@ impl PathTiming {
         let Some(last) = self.profile.fixed.checked_sub(1) else { return 0 };
         let fixed = self.timed.law.time_of_node(last) - 0.5 * ROUNDING_TIME;
         let ends = |span: &usize| self.span_times(*span).end <= fixed;
-        (0..self.spans()).take_while(ends).count()
+        let written = self.stops.first();
+        written + (written..self.spans()).take_while(ends).count()
     }
 
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where

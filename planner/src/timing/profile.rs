@@ -17,8 +17,6 @@ pub struct Node {
     pub position: f64,
     /// Whether the robot rests here.
     pub rests: bool,
-    /// Whether the next node is in another span, at the same point of the path.
-    pub ends_span: bool,
     /// The rates within the limits.
     pub rates: RateSet,
     /// The factor by which the rates are shrunk, 0 to 1.
@@ -107,7 +105,6 @@ mod tests {
             Node {
                 position,
                 rests: index == 0,
-                ends_span: index + 1 == count,
                 rates: set(position),
                 factor: 1.0,
                 level: Level::Full,

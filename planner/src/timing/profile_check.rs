@@ -7,7 +7,7 @@ use crate::timing::path_point::Path;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
-use crate::timing::tuning::{INTERVAL_MAX, RATES_SHARE_MAX, SLOWER};
+use crate::timing::tuning::{INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER};
 
 /// Rounding of shares of limits.
 const SHARE_TOLERANCE: f64 = 1e-9;
@@ -23,10 +23,19 @@ pub(super) struct ProfileCheck<'a> {
 }
 
 impl ProfileCheck<'_> {
+    /// A span before which all end by a time (s). The rounded law passes a node at most half of
+    /// `ROUNDING_TIME` after the unrounded one.
+    fn first_span(&self, from: f64) -> usize {
+        let law = &self.timed.law;
+        let begins_before =
+            |(node, _): &(usize, f64)| law.time_of_node(*node) + ROUNDING_TIME <= from;
+        self.timed.starts.partition_point(begins_before).saturating_sub(1)
+    }
+
     /// Compares the rounded rates after a time (s) with those of the nodes around.
     pub fn rates_are_within(&mut self, from: f64) -> bool {
         let mut is_within = true;
-        for span in 0..self.timed.spans() {
+        for span in self.first_span(from)..self.timed.spans() {
             let times = self.timed.span_times(span);
             let count = 2 * times.intervals;
             for sample in 0..=count {
@@ -51,7 +60,7 @@ impl ProfileCheck<'_> {
     /// Checks the motion after a time (s) as it is emitted.
     pub fn motion_is_within(&mut self, from: f64) -> bool {
         let mut is_within = true;
-        for span in 0..self.timed.spans() {
+        for span in self.first_span(from)..self.timed.spans() {
             let times = self.timed.span_times(span);
             if times.end > from {
                 is_within &= self.span_is_within(span, &times, from);

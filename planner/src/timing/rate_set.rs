@@ -4,6 +4,8 @@
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
 
+use crate::geometry::polygon::outward_sides;
+
 /// Most vertices of a set.
 pub const VERTICES_MAX: usize = 32;
 /// Smallest distance of two vertices that both stay.
@@ -20,17 +22,6 @@ impl RateSet {
     pub fn within(x_max: f64, u_max: f64) -> Self {
         let corners = [(0.0, -u_max), (x_max, -u_max), (x_max, u_max), (0.0, u_max)];
         Self { vertices: corners.into_iter().map(DVec2::from).collect() }
-    }
-
-    /// The polygon of these vertices, which are convex and counter-clockwise. Vertices beyond
-    /// [`VERTICES_MAX`] are dropped, which only shrinks the set.
-    pub fn of_vertices(vertices: impl IntoIterator<Item = DVec2>) -> Self {
-        let mut set = Self::default();
-        for vertex in vertices {
-            set.push(vertex);
-        }
-        set.close();
-        set
     }
 
     /// Its vertices.
@@ -69,7 +60,7 @@ impl RateSet {
     /// Keeps the rates from which a cell of the path of length `step` ends at rates that `end`
     /// allows with the same acceleration. That `x` is not negative there is left to the caller.
     pub fn clip_by_end(&mut self, end: &Self, step: f64) {
-        for (normal, offset) in end.sides().filter(|(normal, _)| !is_at_rest(*normal)) {
+        for (normal, offset) in outward_sides(&end.vertices).filter(|side| !is_at_rest(side.0)) {
             self.clip(DVec2::new(normal.x, normal.y + 2.0 * step * normal.x), offset);
         }
     }
@@ -106,7 +97,7 @@ impl RateSet {
     /// the set.
     pub fn share_of(&self, rate: DVec2) -> f64 {
         let mut share: f64 = 0.0;
-        for (normal, offset) in self.sides() {
+        for (normal, offset) in outward_sides(&self.vertices) {
             let used = normal.dot(rate);
             if used > USED_MIN {
                 share = share.max(used / offset.max(1e-12));
@@ -123,15 +114,6 @@ impl RateSet {
     fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
         let next = self.vertices.iter().cycle().skip(1);
         self.vertices.iter().zip(next).map(|(&a, &b)| (a, b))
-    }
-
-    /// The outward unit normal and the offset of every side.
-    fn sides(&self) -> impl Iterator<Item = (DVec2, f64)> + '_ {
-        self.edges().filter(|(a, b)| a.distance_squared(*b) > 0.0).map(|(a, b)| {
-            let along = (b - a).normalize();
-            let normal = DVec2::new(along.y, -along.x);
-            (normal, normal.dot(a))
-        })
     }
 
     /// Appends a vertex unless it repeats the last one.

@@ -63,6 +63,11 @@ impl StopTable {
         self.brakes.clear();
     }
 
+    /// The first span that is not written.
+    pub fn first(&self) -> usize {
+        self.first
+    }
+
     /// The spans before `span` are written: their stops do not change any more.
     pub fn keep_from(&mut self, span: usize) {
         if let Some(last) = self.brakes.iter().find(|brake| brake.span < span) {

@@ -5,11 +5,9 @@ use heapless::Vec as BoundedVec;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::message::Contact;
 
+use crate::geometry::polygon::outward_sides;
 use crate::timing::limits::Level;
 use crate::timing::path_point::PathSpan;
-
-/// Edges of the friction pyramid.
-pub const PYRAMID: usize = 4;
 
 /// A polygon of a sole, m.
 pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
@@ -81,20 +79,10 @@ impl FootSupport {
 
 /// Least width of a convex polygon, m.
 fn width(polygon: &[DVec2]) -> f64 {
-    let across = sides(polygon).map(|(normal, offset)| {
+    let across = outward_sides(polygon).map(|(normal, offset)| {
         polygon.iter().map(|corner| offset - normal.dot(*corner)).fold(0.0, f64::max)
     });
     across.fold(f64::INFINITY, f64::min)
-}
-
-/// The outward unit normals of a convex polygon's sides with their offsets.
-pub(crate) fn sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, f64)> + '_ {
-    let next = polygon.iter().cycle().skip(1);
-    polygon.iter().zip(next).filter(|(a, b)| a.distance_squared(**b) > 0.0).map(|(a, b)| {
-        let along = (*b - *a).normalize();
-        let normal = DVec2::new(along.y, -along.x);
-        (normal, normal.dot(*a))
-    })
 }
 
 /// A convex polygon less a margin (m); where it is too narrow for that, less half of it, and so on.
@@ -102,7 +90,7 @@ fn inset(polygon: &SolePolygon, margin: f64) -> SolePolygon {
     let mut margin = margin;
     for _ in 0..HALVINGS_MAX {
         let mut kept = polygon.clone();
-        for (normal, offset) in sides(polygon) {
+        for (normal, offset) in outward_sides(polygon) {
             kept = clipped(&kept, normal, offset - margin);
         }
         if kept.len() >= 3 {

@@ -172,14 +172,7 @@ mod tests {
     use crate::timing::rate_set::RateSet;
 
     fn node(position: f64, rests: bool) -> Node {
-        Node {
-            position,
-            rests,
-            ends_span: false,
-            rates: RateSet::default(),
-            factor: 1.0,
-            level: Level::Full,
-        }
+        Node { position, rests, rates: RateSet::default(), factor: 1.0, level: Level::Full }
     }
 
     #[test]

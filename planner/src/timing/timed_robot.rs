@@ -12,7 +12,7 @@ use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFram
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::load_sharing::{LoadSchedule, share_load};
-use crate::timing::path_dynamics::{PathDynamics, PathState, joint_rates};
+use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
@@ -20,9 +20,6 @@ use crate::timing::tuning::{
     COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
     UNSUPPORTED_RATE,
 };
-
-/// The joints between the root and each foot.
-pub(crate) type Chains = [heapless::Vec<usize, JOINTS_MAX>; 2];
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -154,14 +151,9 @@ impl TimedRobot {
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
-            let torque = match support.feet.as_slice() {
-                [foot] if self.chains[foot.limb].contains(&joint) => {
-                    dynamics.torque_under_load(joint)
-                }
-                feet if feet.iter().any(|foot| self.chains[foot.limb].contains(&joint)) => continue,
-                _ => dynamics.torque(joint),
-            };
-            load = load.max(torque.constant.abs() / effort);
+            if let Some(torque) = dynamics.own_torque(&support, &self.chains, joint) {
+                load = load.max(torque.constant.abs() / effort);
+            }
         }
         if level == Level::Unsupported {
             return 0.0;
