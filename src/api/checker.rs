@@ -103,7 +103,7 @@ impl Checker {
         };
         let scenario = content.build()?;
         let (model, world) = (self.robot.model().clone(), self.world.model().clone());
-        let file = plan.file(plan.world().model(), Path::new(""));
+        let file = plan.unsaved();
         let problem = Problem::of_stances(model, world, &scenario, &file);
         Ok(check_plan_in(&file, Path::new(IN_MEMORY), &problem)?)
     }
@@ -114,7 +114,7 @@ impl Checker {
     /// The plan moves other joints than the robot has.
     pub fn answer_as_stated(&self, plan: &Plan) -> Result<PlanReport, AnswerError> {
         let (model, world) = (self.robot.model().clone(), self.world.model().clone());
-        let file = plan.file(plan.world().model(), Path::new(""));
+        let file = plan.unsaved();
         let ends = [file.start.clone(), file.goal.clone()];
         let problem = Problem::of_ends(model, world, self.parameters.checker.clone(), ends);
         Ok(check_plan_in(&file, Path::new(IN_MEMORY), &problem)?)
