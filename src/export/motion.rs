@@ -50,6 +50,13 @@ pub struct SupportPhase {
     pub contacts: Vec<Contact>,
 }
 
+impl SupportPhase {
+    /// The contact of a foot, if it is a stance foot.
+    pub fn contact(&self, limb: usize) -> Option<&Contact> {
+        self.contacts.iter().find(|contact| contact.limb as usize == limb)
+    }
+}
+
 impl ExportMotion {
     /// Loads a plan file with the robot and the world that it names.
     ///
