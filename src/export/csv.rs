@@ -45,11 +45,7 @@ fn quoted(name: &str) -> String {
 }
 
 /// The names of all columns.
-fn columns(
-    motion: &ExportMotion,
-    joints: &[usize],
-    quaternion: QuaternionOrder,
-) -> Vec<String> {
+fn columns(motion: &ExportMotion, joints: &[usize], quaternion: QuaternionOrder) -> Vec<String> {
     let mut names = vec!["time".to_owned()];
     let mut root = |quantity: &str, axes: &[char]| {
         names.extend(axes.iter().map(|axis| format!("root_{quantity}{axis}")));
