@@ -7,13 +7,11 @@ use surefoot_shared_types::InputError;
 use surefoot_shared_types::message::{Contact, Interpolation, SupportMode, Waypoint};
 use surefoot_shared_types::plan_file::chunks;
 use surefoot_shared_types::plan_file::origin::changed_files;
-use surefoot_shared_types::plan_file::read::{joint_order, load_plan};
+use surefoot_shared_types::plan_file::read::{joint_order, load_plan, robot_and_world};
 use surefoot_shared_types::plan_format::blocks::{
     OriginBlock, PhaseBlock, PlanFile, WaypointBlock,
 };
-use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::RobotModel;
-use surefoot_shared_types::world::load::world_from_block;
 use surefoot_shared_types::world::world::World;
 
 use crate::export::error::ExportError;
@@ -67,9 +65,7 @@ impl ExportMotion {
         if let Some(changed) = changed_files(&plan, path).into_iter().next() {
             return Err(ExportError::Changed { changed });
         }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let model = robot_from_block(&plan.robot, folder, path)?;
-        let world = world_from_block(&plan.scene, folder, path)?;
+        let (model, world) = robot_and_world(&plan, path)?;
         Self::new(&plan, path, model, world)
     }
 
