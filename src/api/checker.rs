@@ -6,7 +6,6 @@ use surefoot_controller_sim::check::checker::Checker as SegmentChecker;
 use surefoot_controller_sim::{
     Course, MotionSegment, PlanReport, Problem, Stop, Violation, check_plan, check_plan_in,
 };
-use surefoot_shared_types::config::builder::ScenarioContent;
 pub use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, SupportMode};
 use surefoot_shared_types::plan_file::read::load_plan;
@@ -15,7 +14,7 @@ use crate::api::error::{AnswerError, CheckError};
 use crate::api::parameters::Parameters;
 use crate::api::plan::{Plan, PlanChunk};
 use crate::api::robot::Robot;
-use crate::api::stance::{Goal, Stance};
+use crate::api::stance::{Goal, Stance, content};
 use crate::api::world::World;
 
 /// The name of a plan in memory in errors.
@@ -90,20 +89,9 @@ impl Checker {
         start: Stance,
         goal: Goal,
     ) -> Result<PlanReport, AnswerError> {
-        let Parameters { planner, checker, execution } = self.parameters.clone();
-        let content = ScenarioContent {
-            start: start.into(),
-            goal: goal.stance.into(),
-            goal_position_tolerance: goal.position_tolerance,
-            goal_yaw_tolerance: goal.yaw_tolerance,
-            seed: 1,
-            planner,
-            checker,
-            execution,
-        };
-        let scenario = content.build()?;
+        let scenario = content(start, goal, &self.parameters, 1).build()?;
         let (model, world) = (self.robot.model().clone(), self.world.model().clone());
-        let file = plan.file(plan.world().model(), Path::new(""));
+        let file = plan.unsaved();
         let problem = Problem::of_stances(model, world, &scenario, &file);
         Ok(check_plan_in(&file, Path::new(IN_MEMORY), &problem)?)
     }
@@ -114,7 +102,7 @@ impl Checker {
     /// The plan moves other joints than the robot has.
     pub fn answer_as_stated(&self, plan: &Plan) -> Result<PlanReport, AnswerError> {
         let (model, world) = (self.robot.model().clone(), self.world.model().clone());
-        let file = plan.file(plan.world().model(), Path::new(""));
+        let file = plan.unsaved();
         let ends = [file.start.clone(), file.goal.clone()];
         let problem = Problem::of_ends(model, world, self.parameters.checker.clone(), ends);
         Ok(check_plan_in(&file, Path::new(IN_MEMORY), &problem)?)

@@ -7,11 +7,9 @@ use glam::DVec3;
 use surefoot_shared_types::base::whole_file;
 use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::plan_file::chunks::chunks_from_plan;
-use surefoot_shared_types::plan_file::read::load_plan;
-use surefoot_shared_types::plan_file::write::{plan_with_ends, save};
+use surefoot_shared_types::plan_file::read::{load_plan, robot_and_world};
+use surefoot_shared_types::plan_file::write::{plan_with_ends, plan_without_origin, save};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
-use surefoot_shared_types::robot::load::robot_from_block;
-use surefoot_shared_types::world::load::world_from_block;
 use surefoot_shared_types::world::world::World as WorldModel;
 use surefoot_shared_types::{InputError, Shape};
 
@@ -43,9 +41,7 @@ impl Plan {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, LoadError> {
         let path = path.as_ref();
         let file = load_plan(path)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let model = robot_from_block(&file.robot, folder, path)?;
-        let world = world_from_block(&file.scene, folder, path)?;
+        let (model, world) = robot_and_world(&file, path)?;
         let chunks = chunks_from_plan(&file, &model, &world, path)?;
         let digest = chunks.last().map_or_else(Digest::default, |chunk| chunk.stream_after());
         let ends = [file.start, file.goal];
@@ -53,8 +49,14 @@ impl Plan {
         Ok(Self::new(&chunks, digest, inputs))
     }
 
+    /// The plan as a file that is not saved: it does not state what the plan was made from.
+    pub(crate) fn unsaved(&self) -> PlanFile {
+        let (robot, world) = (self.robot().model(), self.world().model());
+        plan_without_origin(robot, world, self.inputs().ends.clone(), self.chunks(), Path::new(""))
+    }
+
     /// The plan as it is saved in a folder, with a world whose meshes have files.
-    pub(crate) fn file(&self, world: &WorldModel, folder: &Path) -> PlanFile {
+    fn file(&self, world: &WorldModel, folder: &Path) -> PlanFile {
         let ends = self.inputs().ends.clone();
         plan_with_ends(self.robot().model(), world, ends, self.chunks(), folder)
     }

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 pub use surefoot_planner::pipeline::{SearchStats, SearchTrace};
 use surefoot_planner::{Outcome, Planner as Search, Status};
 use surefoot_shared_types::Pose as SpatialPose;
-use surefoot_shared_types::config::builder::{ScenarioContent, ScenarioError};
+use surefoot_shared_types::config::builder::ScenarioError;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{CorrectionKind, PlanChunk, RestState, WorldCorrection};
 use surefoot_shared_types::plan_file::write::ends_of;
@@ -16,7 +16,7 @@ use crate::api::parameters::Parameters;
 use crate::api::plan::{Plan, State};
 use crate::api::plan_inputs::PlanInputs;
 use crate::api::prepared::Prepared;
-use crate::api::stance::{Goal, Stance};
+use crate::api::stance::{Goal, Stance, content};
 use crate::api::world::World;
 
 /// Work units of each step of [`Planner::plan`]: few enough that the loop costs nothing.
@@ -279,18 +279,7 @@ impl Planner {
     }
 
     fn scenario(&self, task: &Task) -> Result<Scenario, ScenarioError> {
-        let Parameters { planner, checker, execution } = self.parameters.clone();
-        let content = ScenarioContent {
-            start: task.start.into(),
-            goal: task.goal.stance.into(),
-            goal_position_tolerance: task.goal.position_tolerance,
-            goal_yaw_tolerance: task.goal.yaw_tolerance,
-            seed: self.seed,
-            planner,
-            checker,
-            execution,
-        };
-        content.build()
+        content(task.start, task.goal, &self.parameters, self.seed).build()
     }
 
     /// The chunks of the plan found last that end by a time (s).

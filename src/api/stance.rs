@@ -1,6 +1,9 @@
 //! Where a walk begins and ends.
 
+use surefoot_shared_types::config::builder::ScenarioContent;
 use surefoot_shared_types::config::scenario::StancePose;
+
+use crate::api::parameters::Parameters;
 
 /// Lateral distance between the soles where none is set, m.
 const WIDTH_DEFAULT: f64 = 0.2;
@@ -69,5 +72,25 @@ impl Goal {
 impl From<Stance> for StancePose {
     fn from(stance: Stance) -> Self {
         Self { position: stance.position.into(), yaw: stance.yaw, stance_width: stance.width }
+    }
+}
+
+/// The numbers of a scenario from a start to a goal.
+pub(crate) fn content(
+    start: Stance,
+    goal: Goal,
+    parameters: &Parameters,
+    seed: u64,
+) -> ScenarioContent {
+    let Parameters { planner, checker, execution } = parameters.clone();
+    ScenarioContent {
+        start: start.into(),
+        goal: goal.stance.into(),
+        goal_position_tolerance: goal.position_tolerance,
+        goal_yaw_tolerance: goal.yaw_tolerance,
+        seed,
+        planner,
+        checker,
+        execution,
     }
 }

@@ -28,28 +28,29 @@ const WORLD: &str = include_str!("new/world.toml");
 pub fn run(arguments: &NewArguments) -> Result<CommandOutcome, CommandError> {
     let folder = &arguments.folder;
     let mut files = vec![("world.toml".to_owned(), WORLD.to_owned())];
-    match &arguments.robot {
-        Some(robot) => files.push(("scenario.toml".to_owned(), scenario_of(robot, folder)?)),
+    let (made, also) = match &arguments.robot {
+        Some(robot) => {
+            files.push(("scenario.toml".to_owned(), scenario_of(robot, folder)?));
+            (folder.clone(), " and world.toml")
+        }
         None => {
             files.push(("scenario.toml".to_owned(), SCENARIO.to_owned()));
             files.extend(shipped_robot());
+            (folder.join("robot"), ", world.toml and robot/")
         }
-    }
+    };
     for (name, _) in &files {
         let path = folder.join(name);
         if path.symlink_metadata().is_ok() {
             return Err(output_error(&path, "it exists; choose a new folder"));
         }
     }
-    let made = if arguments.robot.is_some() { folder.clone() } else { folder.join("robot") };
     std::fs::create_dir_all(&made)
         .map_err(|error| output_error(&made, &format!("{error}; choose another folder")))?;
     files.iter().try_for_each(|(name, text)| write_text(text, &folder.join(name)))?;
     let scenario = folder.join("scenario.toml");
-    let also = if arguments.robot.is_some() { "and world.toml" } else { "world.toml and robot/" };
-    let between = if arguments.robot.is_some() { " " } else { ", " };
     terminal::print_result(&format!(
-        "wrote {0}{between}{also}\nnext: surefoot walk {0} --picture walk.png",
+        "wrote {0}{also}\nnext: surefoot walk {0} --picture walk.png",
         scenario.display()
     ));
     Ok(CommandOutcome::Done)

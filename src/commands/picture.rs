@@ -1,6 +1,6 @@
 //! `surefoot picture`: draws an exported plan.
 
-use surefoot_shared_types::plan_file::read::load_plan;
+use surefoot_shared_types::plan_file::read::{load_plan, robot_and_world};
 
 use crate::cli::arguments::{OutputArguments, PictureArguments};
 use crate::input::output_files;
@@ -17,7 +17,7 @@ pub fn run(arguments: &PictureArguments) -> Result<CommandOutcome, CommandError>
         OutputArguments { picture: Some(arguments.out.clone()), ..OutputArguments::default() };
     output_files::check(&outputs, std::slice::from_ref(&arguments.plan))?;
     let plan = load_plan(&arguments.plan)?;
-    let (model, world) = output_files::robot_and_world(&plan, &arguments.plan)?;
+    let (model, world) = robot_and_world(&plan, &arguments.plan)?;
     render(&PictureScene::new(&model, &world, &plan)?, &arguments.out)?;
     Ok(CommandOutcome::Done)
 }

@@ -1,7 +1,7 @@
 //! The motion of links: poses and velocities by forward kinematics.
 
 use glam::DVec3;
-use surefoot_shared_types::base::spatial::{Pose, rotation_about};
+use surefoot_shared_types::base::spatial::Pose;
 use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::{JointKind, RobotModel};
 
@@ -38,17 +38,10 @@ pub fn body_motions(model: &RobotModel, waypoint: &Waypoint) -> Vec<BodyMotion> 
             let joint = &model.joints[index];
             let (position, speed) = (waypoint.q[index], waypoint.joint_velocity[index]);
             let axis = world_from_joint.rotation * joint.axis;
+            motion.world_from_link = world_from_joint * joint.kind.motion(joint.axis, position);
             match joint.kind {
-                JointKind::Revolute => {
-                    let turn = Pose::from_rotation(rotation_about(joint.axis, position));
-                    motion.world_from_link = world_from_joint * turn;
-                    motion.angular_velocity += speed * axis;
-                }
-                JointKind::Prismatic => {
-                    let step = Pose::from_translation(position * joint.axis);
-                    motion.world_from_link = world_from_joint * step;
-                    slide = speed * axis;
-                }
+                JointKind::Revolute => motion.angular_velocity += speed * axis,
+                JointKind::Prismatic => slide = speed * axis,
             }
         }
         let arm = motion.world_from_link.translation - parent.world_from_link.translation;

@@ -1,7 +1,7 @@
 //! A contact sequence for trajectory optimisers: phases with their contacts, and the robot's
 //! motion, centre of mass and contact wrenches at knots.
 
-use glam::{DQuat, DVec3};
+use glam::DQuat;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use surefoot_controller_sim::statics::FootLoad;
@@ -12,7 +12,7 @@ use surefoot_shared_types::world::world::GRAVITY;
 use crate::export::bodies::{body_motions, centre_of_mass};
 use crate::export::error::ExportError;
 use crate::export::footsteps::pose_block;
-use crate::export::loads::StaticLoads;
+use crate::export::loads::{StaticLoads, moment_about};
 use crate::export::motion::{ExportMotion, SupportPhase};
 use crate::export::sampling::{Sample, samples};
 
@@ -203,9 +203,8 @@ fn knot(motion: &ExportMotion, sample: &Sample, feet: &[FootLoad]) -> Knot {
     let (waypoint, model) = (&sample.waypoint, &motion.model);
     let joints = model.joints.len();
     let (com, com_velocity) = centre_of_mass(model, &body_motions(model, waypoint));
-    let contacts = &motion.phases[sample.phase].contacts;
     let wrench = |foot: &FootLoad| {
-        let contact = contacts.iter().find(|contact| contact.limb as usize == foot.limb)?;
+        let contact = motion.phases[sample.phase].contact(foot.limb)?;
         Some(wrench(&model.feet[foot.limb].name, foot, contact))
     };
     Knot {
@@ -225,11 +224,10 @@ fn knot(motion: &ExportMotion, sample: &Sample, feet: &[FootLoad]) -> Knot {
 }
 
 fn wrench(name: &str, foot: &FootLoad, contact: &Contact) -> Wrench {
-    let arm = foot.centre - DVec3::from_array(contact.position);
     Wrench {
         foot: name.to_owned(),
         force: foot.force.to_array(),
-        moment: (foot.moment + arm.cross(foot.force)).to_array(),
+        moment: moment_about(foot, contact.position.into()).to_array(),
         centre_of_pressure: foot.centre.to_array(),
     }
 }

@@ -5,7 +5,7 @@ use surefoot_shared_types::message::Waypoint;
 use crate::export::error::ExportError;
 use crate::export::motion::ExportMotion;
 use crate::export::quaternion::QuaternionOrder;
-use crate::export::sampling::{Efforts, Sample, samples};
+use crate::export::sampling::{EffortSource, Efforts, Sample, samples};
 
 /// The table of a plan.
 ///
@@ -18,7 +18,7 @@ pub fn write(
     quaternion: QuaternionOrder,
 ) -> Result<Vec<u8>, ExportError> {
     let mut efforts = Efforts::new(motion)?;
-    let names = columns(motion, joints, quaternion, &efforts);
+    let names = columns(motion, joints, quaternion);
     let mut table = line(names.iter().map(|name| quoted(name)));
     for sample in samples(motion, hz)? {
         let effort = efforts.of(&sample)?;
@@ -45,12 +45,7 @@ fn quoted(name: &str) -> String {
 }
 
 /// The names of all columns.
-fn columns(
-    motion: &ExportMotion,
-    joints: &[usize],
-    quaternion: QuaternionOrder,
-    efforts: &Efforts,
-) -> Vec<String> {
+fn columns(motion: &ExportMotion, joints: &[usize], quaternion: QuaternionOrder) -> Vec<String> {
     let mut names = vec!["time".to_owned()];
     let mut root = |quantity: &str, axes: &[char]| {
         names.extend(axes.iter().map(|axis| format!("root_{quantity}{axis}")));
@@ -61,9 +56,9 @@ fn columns(
     root("w", &['x', 'y', 'z']);
     root("a", &['x', 'y', 'z']);
     root("alpha_", &['x', 'y', 'z']);
-    let effort = match efforts.source().name() {
-        "plan" => "effort".to_owned(),
-        other => format!("{other}_effort"),
+    let effort = match EffortSource::of(motion) {
+        EffortSource::Plan => "effort".to_owned(),
+        source @ EffortSource::Static => format!("{}_effort", source.name()),
     };
     for quantity in ["position", "velocity", "acceleration", &effort] {
         let joint = |&joint: &usize| format!("{quantity}:{}", motion.model.joints[joint].name);

@@ -8,7 +8,7 @@ use surefoot_shared_types::plan_format::blocks::{OriginBlock, PoseBlock};
 
 use crate::export::bodies::{body_motions, world_from_sole};
 use crate::export::error::ExportError;
-use crate::export::motion::{ExportMotion, SupportPhase};
+use crate::export::motion::ExportMotion;
 
 /// The `schema` field of every list.
 pub const SCHEMA: &str = "surefoot-footsteps/1";
@@ -99,7 +99,7 @@ fn of_foot(motion: &ExportMotion, limb: usize) -> Vec<Footstep> {
     let mut lifted: Option<usize> = None;
     let mut stands = false;
     for phase in &motion.phases {
-        match contact_of(phase, limb) {
+        match phase.contact(limb) {
             None if stands => {
                 lifted = Some(phase.first);
                 stands = false;
@@ -115,10 +115,6 @@ fn of_foot(motion: &ExportMotion, limb: usize) -> Vec<Footstep> {
         }
     }
     found
-}
-
-fn contact_of(phase: &SupportPhase, limb: usize) -> Option<&Contact> {
-    phase.contacts.iter().find(|contact| contact.limb as usize == limb)
 }
 
 fn footstep(

@@ -1,14 +1,20 @@
 //! Contact wrenches and joint efforts of a robot that stands still in each configuration of a plan.
 
+use glam::DVec3;
 use surefoot_controller_sim::check::checker::SoleSupports;
 use surefoot_controller_sim::kinematics::forward::Configuration;
-use surefoot_controller_sim::statics::ContactLoad;
+use surefoot_controller_sim::statics::{ContactLoad, FootLoad};
 use surefoot_controller_sim::{Checker, CheckerError};
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Waypoint;
 
 use crate::export::error::ExportError;
 use crate::export::motion::ExportMotion;
+
+/// The moment (N m) of the ground on a foot about a point in the world.
+pub fn moment_about(foot: &FootLoad, point: DVec3) -> DVec3 {
+    foot.moment + (foot.centre - point).cross(foot.force)
+}
 
 /// Computes static loads: the contact forces of least squares within the friction, which carry the
 /// robot's weight, and the joint efforts under them. Motion adds nothing to them.

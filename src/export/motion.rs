@@ -4,18 +4,14 @@ use std::path::Path;
 
 use glam::DQuat;
 use surefoot_shared_types::InputError;
-use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
-use surefoot_shared_types::base::spatial::Pose;
-use surefoot_shared_types::message::chunk::ROOT_FREEDOMS;
 use surefoot_shared_types::message::{Contact, Interpolation, SupportMode, Waypoint};
+use surefoot_shared_types::plan_file::chunks;
 use surefoot_shared_types::plan_file::origin::changed_files;
-use surefoot_shared_types::plan_file::read::{joint_order, load_plan};
+use surefoot_shared_types::plan_file::read::{joint_order, load_plan, robot_and_world};
 use surefoot_shared_types::plan_format::blocks::{
-    OriginBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
+    OriginBlock, PhaseBlock, PlanFile, WaypointBlock,
 };
-use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::RobotModel;
-use surefoot_shared_types::world::load::world_from_block;
 use surefoot_shared_types::world::world::World;
 
 use crate::export::error::ExportError;
@@ -52,6 +48,13 @@ pub struct SupportPhase {
     pub contacts: Vec<Contact>,
 }
 
+impl SupportPhase {
+    /// The contact of a foot, if it is a stance foot.
+    pub fn contact(&self, limb: usize) -> Option<&Contact> {
+        self.contacts.iter().find(|contact| contact.limb as usize == limb)
+    }
+}
+
 impl ExportMotion {
     /// Loads a plan file with the robot and the world that it names.
     ///
@@ -62,9 +65,7 @@ impl ExportMotion {
         if let Some(changed) = changed_files(&plan, path).into_iter().next() {
             return Err(ExportError::Changed { changed });
         }
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let model = robot_from_block(&plan.robot, folder, path)?;
-        let world = world_from_block(&plan.scene, folder, path)?;
+        let (model, world) = robot_and_world(&plan, path)?;
         Self::new(&plan, path, model, world)
     }
 
@@ -122,51 +123,24 @@ impl ExportMotion {
 }
 
 fn waypoint(block: &WaypointBlock, order: &[usize]) -> Waypoint {
-    let sorted = |numbers: &[f64]| {
-        let mut sorted = [0.0; JOINTS_MAX];
-        for (slot, &place) in sorted.iter_mut().zip(order) {
-            *slot = numbers.get(place).copied().unwrap_or(0.0);
-        }
-        sorted
-    };
-    let split = |numbers: &[f64]| {
-        let mut root = [0.0; ROOT_FREEDOMS];
-        root.iter_mut().zip(numbers).for_each(|(slot, number)| *slot = *number);
-        (root, sorted(numbers.get(ROOT_FREEDOMS..).unwrap_or(&[])))
-    };
-    let rotation = DQuat::from_array(block.root_quat_xyzw).normalize();
-    let root = Pose::from_parts(block.root_xyz.into(), rotation);
-    let mut waypoint = Waypoint::at_rest(block.t, &root, &sorted(&block.q));
-    (waypoint.root_velocity, waypoint.joint_velocity) = split(&block.velocity);
-    (waypoint.root_acceleration, waypoint.joint_acceleration) = split(&block.acceleration);
-    waypoint.torque = sorted(&block.torque);
-    waypoint
+    Waypoint { root_rotation: unit(block.root_quat_xyzw), ..chunks::waypoint(block, order) }
 }
 
 fn phase(model: &RobotModel, block: &PhaseBlock) -> SupportPhase {
-    let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
-    let mode = modes.into_iter().find(|mode| mode.name() == block.mode);
-    let contacts = model.feet.iter().enumerate().filter_map(|(limb, foot)| {
+    let contacts = model.feet.iter().filter_map(|foot| {
         let stated = block.contacts.iter().find(|contact| contact.foot == foot.name)?;
-        let mut contact = contact(limb, &stated.sole_pose);
-        contact.polygon_len = foot.polygon.len().min(POLYGON_VERTICES_MAX) as u32;
-        let corners = contact.polygon.iter_mut().zip(&foot.polygon);
-        corners.for_each(|(slot, corner)| *slot = corner.to_array());
-        Some(contact)
+        let contact = chunks::contact(model, stated).ok()?;
+        Some(Contact { rotation: unit(stated.sole_pose.quat_xyzw), ..contact })
     });
     SupportPhase {
         first: block.first,
         last: block.last,
-        mode: mode.unwrap_or(SupportMode::Double),
+        mode: SupportMode::from_name(&block.mode).unwrap_or(SupportMode::Double),
         contacts: contacts.collect(),
     }
 }
 
-fn contact(limb: usize, pose: &PoseBlock) -> Contact {
-    Contact {
-        limb: limb as u32,
-        position: pose.xyz,
-        rotation: DQuat::from_array(pose.quat_xyzw).normalize().to_array(),
-        ..bytemuck::Zeroable::zeroed()
-    }
+/// The same rotation, of unit length to the last bit.
+fn unit(quat_xyzw: [f64; 4]) -> [f64; 4] {
+    DQuat::from_array(quat_xyzw).normalize().to_array()
 }

@@ -5,7 +5,7 @@ use crate::export::error::ExportError;
 use crate::export::motion::ExportMotion;
 use crate::export::npy;
 use crate::export::quaternion::QuaternionOrder;
-use crate::export::sampling::{Efforts, Sample, samples};
+use crate::export::sampling::{EffortSource, Efforts, Sample, samples};
 use crate::export::zip::Archive;
 
 /// The archive of a plan.
@@ -24,7 +24,7 @@ pub fn write(
     let mut archive = Arrays::default();
     archive.add("fps", &npy::floats(&[], &[hz]))?;
     archive.add("quaternion_order", &npy::texts(&[], &[quaternion.name()]))?;
-    archive.add("effort_source", &npy::texts(&[], &[efforts.source().name()]))?;
+    archive.add("effort_source", &npy::texts(&[], &[EffortSource::of(motion).name()]))?;
     archive.add("interpolation", &npy::texts(&[], &[motion.interpolation.name()]))?;
     let plan = motion.origin.as_ref().map_or("", |origin| &origin.plan);
     archive.add("plan_digest", &npy::texts(&[], &[plan]))?;

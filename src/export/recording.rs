@@ -36,11 +36,10 @@ pub fn write(motion: &ExportMotion, hz: f64) -> Result<Vec<u8>, ExportError> {
 
 /// What the recording is of.
 fn about(motion: &ExportMotion) -> BTreeMap<&'static str, String> {
-    let effort = if motion.has_torque { EffortSource::Plan } else { EffortSource::Static };
     let mut about = BTreeMap::from([
         ("robot", motion.model.name.clone()),
         ("interpolation", motion.interpolation.name().to_owned()),
-        ("effort", effort.name().to_owned()),
+        ("effort", EffortSource::of(motion).name().to_owned()),
         ("contact_wrenches", EffortSource::Static.name().to_owned()),
     ]);
     if let Some(origin) = &motion.origin {

@@ -38,6 +38,11 @@ pub enum EffortSource {
 }
 
 impl EffortSource {
+    /// The source of a plan's efforts: its own where it states them.
+    pub fn of(motion: &ExportMotion) -> Self {
+        if motion.has_torque { Self::Plan } else { Self::Static }
+    }
+
     /// Its name in exports.
     pub fn name(self) -> &'static str {
         ["plan", "static"][self as usize]
@@ -79,13 +84,11 @@ impl Efforts {
     /// # Errors
     /// Contact forces cannot be computed for the robot or the world.
     pub fn new(motion: &ExportMotion) -> Result<Self, ExportError> {
-        let loads = (!motion.has_torque).then(|| StaticLoads::new(motion)).transpose()?;
+        let loads = match EffortSource::of(motion) {
+            EffortSource::Plan => None,
+            EffortSource::Static => Some(StaticLoads::new(motion)?),
+        };
         Ok(Self { loads })
-    }
-
-    /// Where they come from.
-    pub fn source(&self) -> EffortSource {
-        if self.loads.is_some() { EffortSource::Static } else { EffortSource::Plan }
     }
 
     /// The efforts of a sample, N m or N; locked joints may follow the moving ones.

@@ -7,12 +7,9 @@ use serde::Serialize;
 use surefoot_planner::pipeline::SearchTrace;
 use surefoot_shared_types::base::whole_file;
 use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::plan_file::read::robot_and_world;
 use surefoot_shared_types::plan_file::write::{check_file_names, plan_from_chunks};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
-use surefoot_shared_types::robot::load::robot_from_block;
-use surefoot_shared_types::robot::model::RobotModel;
-use surefoot_shared_types::world::load::world_from_block;
-use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::OutputArguments;
 use crate::export::{ExportMotion, recording};
@@ -115,19 +112,6 @@ pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Command
     render(&scene, path)?;
     signals::set_activity(Activity::Other);
     Ok(())
-}
-
-/// The robot and the world that an exported plan names, by paths relative to its file.
-///
-/// # Errors
-/// One of them cannot be used.
-pub fn robot_and_world(
-    plan: &PlanFile,
-    plan_path: &Path,
-) -> Result<(RobotModel, World), CommandError> {
-    let base_dir = plan_path.parent().unwrap_or(Path::new(""));
-    let model = robot_from_block(&plan.robot, base_dir, plan_path)?;
-    Ok((model, world_from_block(&plan.scene, base_dir, plan_path)?))
 }
 
 /// Draws a search that found no plan.

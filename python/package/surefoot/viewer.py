@@ -91,7 +91,7 @@ def _log_plan(rerun: Any, plan: Plan, rate_hz: float) -> None:
     _log_route(rerun, plan.route)
     _log_footholds(rerun, plan)
     _log_robot(rerun, plan, samples)
-    _log_support(rerun, plan, loads)
+    _log_support(rerun, plan)
     _log_loads(rerun, plan, loads)
     _log_margins(rerun, checker.margins(plan))
 
@@ -167,7 +167,7 @@ def _log_robot(rerun: Any, plan: Plan, samples: Samples) -> None:
         )
 
 
-def _log_support(rerun: Any, plan: Plan, loads: Loads) -> None:
+def _log_support(rerun: Any, plan: Plan) -> None:
     """The support polygon at each change of the stance."""
     contacts = plan.waypoints.contacts
     changes = [0, *(1 + np.flatnonzero((contacts[1:] != contacts[:-1]).any(axis=1)))]

@@ -129,6 +129,11 @@ impl SupportMode {
         [Self::Left, Self::Right, Self::Double].into_iter().find(|mode| *mode as u32 == value)
     }
 
+    /// The mode with this name in the plan format, if there is one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Left, Self::Right, Self::Double].into_iter().find(|mode| mode.name() == name)
+    }
+
     /// Its name in the plan format.
     pub fn name(self) -> &'static str {
         ["left", "right", "double"][self as usize]

@@ -89,10 +89,7 @@ fn head(
     world: &World,
     joints: usize,
 ) -> Result<PlanChunk, String> {
-    let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
-    let mode = modes
-        .into_iter()
-        .find(|mode| mode.name() == phase.mode)
+    let mode = SupportMode::from_name(&phase.mode)
         .ok_or_else(|| format!("the mode '{}' is unknown", phase.mode))?;
     let mut chunk = PlanChunk {
         schema: CHUNK_SCHEMA,
@@ -110,7 +107,11 @@ fn head(
     Ok(chunk)
 }
 
-fn contact(robot: &RobotModel, block: &ContactBlock) -> Result<Contact, String> {
+/// A contact of a plan file; its polygon is the whole sole.
+///
+/// # Errors
+/// The robot has no such foot.
+pub fn contact(robot: &RobotModel, block: &ContactBlock) -> Result<Contact, String> {
     let limb = robot.feet.iter().position(|foot| foot.name == block.foot);
     let limb = limb.ok_or_else(|| format!("the foot '{}' is unknown", block.foot))?;
     let sole = &robot.feet[limb].polygon;
@@ -134,7 +135,8 @@ fn unit(quat_xyzw: [f64; 4]) -> [f64; 4] {
     quat.normalize().to_array()
 }
 
-fn waypoint(block: &WaypointBlock, order: &[usize]) -> Waypoint {
+/// A waypoint of a plan file, its joints in the [`joint_order`] of a robot.
+pub fn waypoint(block: &WaypointBlock, order: &[usize]) -> Waypoint {
     let joints = |numbers: &[f64]| {
         let mut slots = [0.0; JOINTS_MAX];
         if !numbers.is_empty() {

@@ -7,7 +7,10 @@ use crate::base::input_error::InputError;
 use crate::base::text_file::TextFile;
 use crate::plan_file::check::check_plan;
 use crate::plan_format::blocks::PlanFile;
+use crate::robot::load::robot_from_block;
 use crate::robot::model::RobotModel;
+use crate::world::load::world_from_block;
+use crate::world::world::World;
 
 /// Largest size of a plan file, bytes.
 const PLAN_BYTES_MAX: u64 = 1 << 30;
@@ -26,6 +29,19 @@ pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
     })?;
     check_plan(&plan).map_err(|(element, message)| InputError::element(path, element, message))?;
     Ok(plan)
+}
+
+/// The robot and the world that a plan file names, by paths relative to it.
+///
+/// # Errors
+/// One of them cannot be used.
+pub fn robot_and_world(
+    plan: &PlanFile,
+    plan_path: &Path,
+) -> Result<(RobotModel, World), InputError> {
+    let folder = plan_path.parent().unwrap_or(Path::new(""));
+    let model = robot_from_block(&plan.robot, folder, plan_path)?;
+    Ok((model, world_from_block(&plan.scene, folder, plan_path)?))
 }
 
 /// The index of each joint of the robot in a waypoint's `q`: `q[joint_order[j]]` is the position of

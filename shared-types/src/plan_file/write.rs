@@ -1,7 +1,7 @@
 //! Writes plan files.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 
@@ -55,14 +55,25 @@ pub fn ends_of(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) ->
 pub fn plan_with_ends(
     robot: &RobotModel,
     world: &World,
+    ends: [EndBlock; 2],
+    chunks: &[PlanChunk],
+    plan_dir: &Path,
+) -> PlanFile {
+    PlanFile {
+        origin: origin_block(robot, world, chunks, &absolute_folder(plan_dir)),
+        ..plan_without_origin(robot, world, ends, chunks, plan_dir)
+    }
+}
+
+/// As [`plan_with_ends`], but it does not state what the plan was made from: no file is read.
+pub fn plan_without_origin(
+    robot: &RobotModel,
+    world: &World,
     [start, goal]: [EndBlock; 2],
     chunks: &[PlanChunk],
     plan_dir: &Path,
 ) -> PlanFile {
-    let plan_dir = plan_dir
-        .canonicalize()
-        .or_else(|_| std::path::absolute(plan_dir))
-        .unwrap_or_else(|_| plan_dir.to_owned());
+    let plan_dir = absolute_folder(plan_dir);
     let MotionBlocks { waypoints, phases, chunks: chunk_blocks } = motion(robot, chunks);
     PlanFile {
         schema: SCHEMA.to_owned(),
@@ -77,8 +88,12 @@ pub fn plan_with_ends(
         chunks: chunk_blocks,
         start,
         goal,
-        origin: origin_block(robot, world, chunks, &plan_dir),
+        origin: None,
     }
+}
+
+fn absolute_folder(dir: &Path) -> PathBuf {
+    dir.canonicalize().or_else(|_| std::path::absolute(dir)).unwrap_or_else(|_| dir.to_owned())
 }
 
 /// Saves a plan file, completely or not at all.

@@ -205,7 +205,7 @@ impl RobotModel {
 impl JointKind {
     /// The pose of the child frame in the joint frame at a position (rad or m). `axis` is a unit
     /// vector in the joint frame.
-    pub(crate) fn motion(self, axis: DVec3, position: f64) -> Pose {
+    pub fn motion(self, axis: DVec3, position: f64) -> Pose {
         match self {
             Self::Revolute => Pose::from_rotation(rotation_about(axis, position)),
             Self::Prismatic => Pose::from_translation(axis * position),

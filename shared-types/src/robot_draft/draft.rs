@@ -98,8 +98,9 @@ impl RobotDraft {
         let shapes = LinkShapes::read(&skeleton)?;
         let neutral = skeleton.neutral();
         let poses = skeleton.poses(&neutral);
-        let heading = choose_feet(&skeleton, &shapes, &poses, options)?;
-        let limbs = limbs(&skeleton, &mirrored_pairs(&skeleton, &poses), &heading.feet);
+        let pairs = mirrored_pairs(&skeleton, &poses);
+        let heading = choose_feet(&skeleton, &shapes, &poses, &pairs, options)?;
+        let limbs = limbs(&skeleton, &pairs, &heading.feet);
         let parts = DraftParts { skeleton: &skeleton, shapes: &shapes, heading, limbs };
         parts.draft(neutral, &poses, options.knee_bend)
     }
@@ -162,16 +163,13 @@ impl DraftParts<'_> {
         let (body, name) = (self.heading.feet.bodies[limb], FOOT_NAMES[limb]);
         let mut chain = self.heading.feet.chains[limb].clone();
         chain.retain(|node| !self.limbs.locked.contains_key(node));
-        let is_mimic = |node: &&NodeIndex| {
-            self.skeleton.nodes[**node].joint.as_ref().is_some_and(|joint| joint.follows.is_some())
-        };
         let link = self.skeleton.link_name(body);
         let element = || format!("{name} foot '{link}'");
         let names = |nodes: &[NodeIndex]| -> String {
             let names = nodes.iter().filter_map(|node| self.skeleton.joint_name(*node));
             names.map(String::as_str).collect::<Vec<_>>().join(", ")
         };
-        if let Some(node) = chain.iter().find(is_mimic) {
+        if let Some(node) = chain.iter().find(|node| self.skeleton.is_mimic(**node)) {
             let message = format!(
                 "its leg's joint '{}' mimics another one; legs whose joints move together are not supported",
                 names(&[*node])
@@ -284,9 +282,7 @@ impl DraftParts<'_> {
     /// The joints that move in a plan.
     fn planned(&self) -> impl Iterator<Item = NodeIndex> {
         let is_planned = |node: &NodeIndex| {
-            let joint = self.skeleton.nodes[*node].joint.as_ref();
-            let follows = joint.is_some_and(|joint| joint.follows.is_some());
-            !follows && !self.limbs.locked.contains_key(node)
+            !self.skeleton.is_mimic(*node) && !self.limbs.locked.contains_key(node)
         };
         self.skeleton.moving().filter(is_planned)
     }

@@ -4,7 +4,7 @@ use crate::base::closest::closest;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::robot_draft::body::LinkShapes;
-use crate::robot_draft::foot_search::{MirroredPair, mirrored_pairs, standing_pairs};
+use crate::robot_draft::foot_search::{MirroredPair, standing_pairs};
 use crate::robot_draft::heading::{Heading, HeadingError, heading_of, yaw_of};
 use crate::robot_draft::mirror::Side;
 use crate::robot_draft::options::DraftOptions;
@@ -15,7 +15,8 @@ const CANDIDATES_MAX: usize = 4;
 /// The element that messages about the choice name.
 const ELEMENT: &str = "feet";
 
-/// The feet that the user names, or the only ones that the robot can stand on.
+/// The feet that the user names, or the only ones of the mirrored `pairs` that the robot can stand
+/// on.
 ///
 /// # Errors
 /// None or several pairs could be feet, or left and right cannot be distinguished.
@@ -23,6 +24,7 @@ pub(crate) fn choose_feet(
     skeleton: &Skeleton,
     shapes: &LinkShapes,
     poses: &[Pose],
+    pairs: &[MirroredPair],
     options: &DraftOptions,
 ) -> Result<Heading, InputError> {
     if let Some(names) = &options.feet {
@@ -30,11 +32,11 @@ pub(crate) fn choose_feet(
         let yaw = yaw_of(poses, &feet);
         return Ok(Heading { feet, yaw, source: "the left and the right foot that were named" });
     }
-    let mut pairs = standing_pairs(skeleton, shapes, poses);
-    let feet = match pairs.len() {
-        1 => pairs.remove(0),
-        0 => return Err(no_feet(skeleton, poses)),
-        _ => return Err(several_feet(skeleton, &pairs)),
+    let mut standing = standing_pairs(skeleton, shapes, poses, pairs);
+    let feet = match standing.len() {
+        1 => standing.remove(0),
+        0 => return Err(no_feet(skeleton, poses, pairs)),
+        _ => return Err(several_feet(skeleton, &standing)),
     };
     let side = feet.side(skeleton).unwrap_or(Side::Left);
     let sorted = feet.clone().sorted(side);
@@ -103,13 +105,13 @@ fn several_feet(skeleton: &Skeleton, pairs: &[MirroredPair]) -> InputError {
 }
 
 /// No pair reaches the ground: the lowest pairs are named.
-fn no_feet(skeleton: &Skeleton, poses: &[Pose]) -> InputError {
-    let mut pairs = mirrored_pairs(skeleton, poses);
+fn no_feet(skeleton: &Skeleton, poses: &[Pose], pairs: &[MirroredPair]) -> InputError {
     if pairs.is_empty() {
         let message = "no two links mirror each other where all joints stand at 0, as feet do; add --feet LEFT,RIGHT with the links of two feet";
         return complaint(skeleton, message.to_owned());
     }
     let height = |pair: &MirroredPair| poses[pair.bodies[0]].translation.z;
+    let mut pairs = pairs.to_vec();
     pairs.sort_by(|a, b| height(a).total_cmp(&height(b)));
     let lines: Vec<String> =
         pairs.iter().take(CANDIDATES_MAX).map(|pair| line_of(skeleton, pair)).collect();

@@ -96,12 +96,13 @@ pub(crate) fn mirrored_pairs(skeleton: &Skeleton, poses: &[Pose]) -> Vec<Mirrore
     pairs.filter_map(|bodies| MirroredPair::new(skeleton, poses, bodies)).collect()
 }
 
-/// The pairs that reach the ground where all joints stand at 0. Of several in one leg, as a foot
+/// Those of the `pairs` that reach the ground where all joints stand at 0. Of several in one leg, as a foot
 /// and its toes, the one with the larger sole.
 pub(crate) fn standing_pairs(
     skeleton: &Skeleton,
     shapes: &LinkShapes,
     poses: &[Pose],
+    pairs: &[MirroredPair],
 ) -> Vec<MirroredPair> {
     let heights: Vec<[f64; 2]> =
         (0..poses.len()).map(|node| span_of(skeleton, shapes, poses, node)).collect();
@@ -109,7 +110,7 @@ pub(crate) fn standing_pairs(
     let top = heights.iter().map(|[_, high]| *high).fold(f64::NEG_INFINITY, f64::max);
     let reach = ground + GROUND_SHARE * (top - ground);
     let mut found: Vec<(f64, MirroredPair)> = Vec::new();
-    for pair in mirrored_pairs(skeleton, poses) {
+    for pair in pairs {
         if pair.bodies.iter().any(|body| heights[*body][0] > reach) {
             continue;
         }
@@ -119,9 +120,9 @@ pub(crate) fn standing_pairs(
             skeleton.is_below(a, b) || skeleton.is_below(b, a)
         };
         match found.iter_mut().find(|(_, other)| in_same_leg(other)) {
-            Some(known) if area > known.0 => *known = (area, pair),
+            Some(known) if area > known.0 => *known = (area, pair.clone()),
             Some(_) => {}
-            None => found.push((area, pair)),
+            None => found.push((area, pair.clone())),
         }
     }
     found.into_iter().map(|(_, pair)| pair).collect()
@@ -141,6 +142,5 @@ fn span_of(skeleton: &Skeleton, shapes: &LinkShapes, poses: &[Pose], body: NodeI
 fn sole_area(skeleton: &Skeleton, shapes: &LinkShapes, poses: &[Pose], body: NodeIndex) -> f64 {
     let turn = poses[body].rotation.inverse();
     let surface = shapes.surface(skeleton, body);
-    let forward = [DVec3::X, DVec3::Y].map(|axis| turn * axis);
-    find_sole(&surface, turn * DVec3::NEG_Z, forward[0]).map_or(0.0, |sole| sole.area)
+    find_sole(&surface, turn * DVec3::NEG_Z, turn * DVec3::X).map_or(0.0, |sole| sole.area)
 }

@@ -138,7 +138,7 @@ fn lock_surplus(skeleton: &Skeleton, limbs: &mut Limbs) {
     let count = |limbs: &Limbs| {
         skeleton
             .moving()
-            .filter(|node| !limbs.locked.contains_key(node) && !is_mimic(skeleton, *node))
+            .filter(|node| !limbs.locked.contains_key(node) && !skeleton.is_mimic(*node))
             .count()
     };
     for back in 0..ARM_JOINTS_MAX {
@@ -155,10 +155,6 @@ fn lock_surplus(skeleton: &Skeleton, limbs: &mut Limbs) {
             limbs.locked.entry(node).or_insert("more joints move than a plan holds");
         }
     }
-}
-
-fn is_mimic(skeleton: &Skeleton, node: NodeIndex) -> bool {
-    skeleton.nodes[node].joint.as_ref().is_some_and(|joint| joint.follows.is_some())
 }
 
 /// A joint that mimics another one is held with it, and not listed; where the other one moves, it

@@ -74,6 +74,11 @@ impl<'a> Skeleton<'a> {
         &self.urdf.links[self.nodes[node].urdf_link].name
     }
 
+    /// Whether the joint above a node mimics another one.
+    pub(crate) fn is_mimic(&self, node: NodeIndex) -> bool {
+        self.nodes[node].joint.as_ref().is_some_and(|joint| joint.follows.is_some())
+    }
+
     /// The name of the moving joint above a node.
     pub(crate) fn joint_name(&self, node: NodeIndex) -> Option<&String> {
         let joint = self.nodes[node].joint.as_ref()?;

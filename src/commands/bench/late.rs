@@ -4,18 +4,16 @@
 
 use serde::Serialize;
 use surefoot_controller_sim::{Checker, walk_late};
-use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_planner::Planner;
 use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::message::PlanChunk;
 
 use crate::cli::bench_arguments::LateArguments;
 use crate::commands::bench::print_report::print_report;
+use crate::commands::search_loop;
 use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::signals;
-
-/// Work units between two checks for a signal.
-const WORK_PER_STEP: u64 = 20_000;
+use crate::report::event::PlanResult;
 
 /// Everything that is reported.
 #[derive(Debug, Default, Serialize)]
@@ -57,9 +55,7 @@ pub fn run(arguments: &LateArguments) -> Result<CommandOutcome, CommandError> {
         ..LateReport::default()
     };
     for seed in 1..=arguments.walks {
-        if let Some(signal) = signals::raised() {
-            return Err(CommandError::Interrupted(signal));
-        }
+        CommandError::unless_interrupted()?;
         report.add(seed, &mut checker, &chunks);
     }
     print_report(&report, arguments.json, || report.text())?;
@@ -72,14 +68,8 @@ fn planned(inputs: &Inputs) -> Result<Option<Vec<PlanChunk>>, CommandError> {
     let preparation = inputs.preparation(false)?;
     let Inputs { model, world, scenario, .. } = inputs;
     let mut planner = Planner::builder(model, world, scenario, preparation).build()?;
-    loop {
-        if let Status::Done(outcome) = planner.step(WORK_PER_STEP) {
-            return Ok((outcome == Outcome::Found).then(|| planner.chunks().to_vec()));
-        }
-        if let Some(signal) = signals::raised() {
-            return Err(CommandError::Interrupted(signal));
-        }
-    }
+    let planned = search_loop::run(&mut planner, scenario.planner.work_max, &mut |_| Ok(()))?;
+    Ok((planned.result == PlanResult::Found).then(|| planner.chunks().to_vec()))
 }
 
 impl LateReport {

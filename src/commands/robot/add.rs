@@ -10,6 +10,7 @@ use surefoot_shared_types::robot_draft::text::robot_file;
 use surefoot_shared_types::robot_draft::{DraftOptions, RobotDraft};
 
 use crate::cli::robot_arguments::RobotAddArguments;
+use crate::commands::robot::ROBOT_FILE;
 use crate::commands::robot::add_summary::summary;
 use crate::commands::robot::made_folder::MadeFolder;
 use crate::commands::robot::trial::{self, Trial};
@@ -18,8 +19,6 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::signals::{self, Activity};
 use crate::system::terminal;
 
-/// The name of every robot file.
-const ROBOT_FILE: &str = "robot.toml";
 /// Bends of the knees that are tried where the first one leads to no walk, rad.
 const OTHER_BENDS: [f64; 2] = [0.8, 0.3];
 

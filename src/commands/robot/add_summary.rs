@@ -6,6 +6,7 @@ use std::path::Path;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::robot_draft::{DraftFoot, Noted, RobotDraft};
 
+use crate::commands::robot::ROBOT_FILE;
 use crate::commands::robot::trial::Trial;
 
 /// Largest share of a joint's effort on one foot at which walks are found, percent.
@@ -21,7 +22,7 @@ pub(crate) fn summary(
     trial: &Trial,
     folder: &Path,
 ) -> String {
-    let file = folder.join("robot.toml");
+    let file = folder.join(ROBOT_FILE);
     let mut lines = vec![
         format!("wrote {}", file.display()),
         format!(

@@ -12,6 +12,7 @@ use surefoot_shared_types::robot_draft::{DraftOptions, RobotDraft};
 
 use crate::cli::arguments::OutputArguments;
 use crate::cli::robot_arguments::RobotInspectArguments;
+use crate::commands::robot::ROBOT_FILE;
 use crate::commands::robot::inspect_text::{json, text};
 use crate::commands::robot::trial::level_ground;
 use crate::input::output_files;
@@ -40,14 +41,14 @@ pub fn run(arguments: &RobotInspectArguments) -> Result<CommandOutcome, CommandE
 
 /// The robot of a robot file, of a folder that holds one, or of a URDF alone.
 fn load(path: &Path) -> Result<RobotModel, CommandError> {
-    let path = if path.is_dir() { path.join("robot.toml") } else { path.to_owned() };
+    let path = if path.is_dir() { path.join(ROBOT_FILE) } else { path.to_owned() };
     let is_urdf = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
     if !is_urdf {
         return Ok(load_robot(&path)?);
     }
     let draft = RobotDraft::from_urdf(&path, &DraftOptions::default())?;
     let name = path.file_name().map(PathBuf::from).unwrap_or_default();
-    Ok(robot_from_text(robot_file(&draft, &name), &path.with_file_name("robot.toml"))?)
+    Ok(robot_from_text(robot_file(&draft, &name), &path.with_file_name(ROBOT_FILE))?)
 }
 
 /// The pairs of links that may touch, by the planner's rule.

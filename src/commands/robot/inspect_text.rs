@@ -1,6 +1,7 @@
 //! The text and the JSON of `surefoot robot inspect`.
 
 use serde_json::{Value, json};
+use surefoot_controller_sim::geometry::polygon::area;
 use surefoot_shared_types::robot::model::{Joint, JointKind, RobotModel};
 
 use crate::input::stance_measures::{stance_width, standing_height};
@@ -53,18 +54,11 @@ fn foot_line(model: &RobotModel, limb: usize) -> String {
         model.links[foot.link].name,
         model.leg(limb).len(),
         foot.polygon.len(),
-        1e4 * area(foot.polygon.iter().map(|corner| [corner.x, corner.y]).collect()),
+        1e4 * area(&foot.polygon),
         at.x,
         at.y,
         at.z
     )
-}
-
-/// The area of a polygon, m2.
-fn area(corners: Vec<[f64; 2]>) -> f64 {
-    let next = corners.iter().cycle().skip(1);
-    let twice: f64 = corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
-    0.5 * twice.abs()
 }
 
 fn joint_columns(model: &RobotModel, at: usize, joint: &Joint) -> String {

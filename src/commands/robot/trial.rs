@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 
 use glam::DVec3;
-use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_planner::Planner;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::builder::ScenarioContent;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
@@ -12,9 +12,11 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
+use crate::commands::search_loop;
 use crate::input::preparation_cache;
 use crate::input::stance_measures::stance_width;
 use crate::report::command_error::CommandError;
+use crate::report::event::{PlanResult, Planned};
 use crate::system::cores;
 
 /// Length of the walk, m.
@@ -23,14 +25,12 @@ const LENGTH: f64 = 1.0;
 const TOLERANCES: [f64; 2] = [0.1, 0.35];
 /// Work limit, units.
 const WORK_MAX: u64 = 200_000;
-/// Work between two looks at signals, units.
-const WORK_PER_STEP: u64 = 256;
 
 /// What the walk shows.
 #[derive(Debug, Clone)]
 pub(crate) struct Trial {
     /// How the search ended.
-    pub(crate) outcome: Outcome,
+    pub(crate) result: PlanResult,
     /// How it ended, in words.
     pub(crate) ending: String,
     /// Steps of the plan.
@@ -49,15 +49,9 @@ pub(crate) fn run(model: &RobotModel, quiet: bool) -> Result<Trial, CommandError
     let threads = NonZeroUsize::new(cores::default_threads()).unwrap_or(NonZeroUsize::MIN);
     let mut planner =
         Planner::builder(model, &world, &scenario, preparation).threads(threads).build()?;
-    let outcome = loop {
-        if let Status::Done(outcome) = planner.step(WORK_PER_STEP) {
-            break outcome;
-        }
-        CommandError::unless_interrupted()?;
-    };
-    let ending = planner.describe(&outcome);
-    let strain = strain(model, &planner);
-    Ok(Trial { outcome, ending, steps: planner.steps(), strain })
+    let Planned { result, description: ending, steps, .. } =
+        search_loop::run(&mut planner, WORK_MAX, &mut |_| Ok(()))?;
+    Ok(Trial { result, ending, steps, strain: strain(model, &planner) })
 }
 
 fn strain(model: &RobotModel, planner: &Planner) -> Option<(String, f64)> {
@@ -99,7 +93,7 @@ pub(crate) fn level_ground() -> World {
 impl Trial {
     /// Whether a walk was found.
     pub(crate) fn is_found(&self) -> bool {
-        self.outcome == Outcome::Found
+        self.result == PlanResult::Found
     }
 
     /// One line for a person.

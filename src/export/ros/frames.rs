@@ -1,9 +1,8 @@
 //! The frames of the robot: root, links and soles.
 
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::message::Waypoint;
-use surefoot_shared_types::robot::model::{JointKind, RobotModel};
+use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::export::ros::foxglove::{FrameTransform, FrameTransforms};
 use crate::export::ros::messages::{Header, TfMessage, Time, TransformStamped, WORLD_FRAME};
@@ -67,14 +66,11 @@ fn moving(model: &RobotModel, waypoint: &Waypoint) -> Vec<Frame> {
         let attachment = link.parent.as_ref()?;
         let index = attachment.joint?;
         let (joint, position) = (&model.joints[index], waypoint.q[index]);
-        let motion = match joint.kind {
-            JointKind::Revolute => Pose::from_rotation(rotation_about(joint.axis, position)),
-            JointKind::Prismatic => Pose::from_translation(position * joint.axis),
-        };
         Some(Frame {
             parent: model.links[attachment.parent].name.clone(),
             child: link.name.clone(),
-            parent_from_child: attachment.parent_from_joint * motion,
+            parent_from_child: attachment.parent_from_joint
+                * joint.kind.motion(joint.axis, position),
         })
     });
     std::iter::once(root).chain(links).collect()

@@ -1,9 +1,9 @@
 //! The robot at an instant as ROS 2 messages.
 
-use glam::DVec3;
 use surefoot_controller_sim::statics::{ContactLoad, FootLoad};
 use surefoot_shared_types::message::Contact;
 
+use crate::export::loads::moment_about;
 use crate::export::motion::ExportMotion;
 use crate::export::ros::frames::sole_frame;
 use crate::export::ros::messages::{
@@ -42,8 +42,7 @@ pub fn contact_wrench(
     load: &ContactLoad,
     limb: usize,
 ) -> WrenchStamped {
-    let contacts = &motion.phases[sample.phase].contacts;
-    let contact = contacts.iter().find(|contact| contact.limb as usize == limb);
+    let contact = motion.phases[sample.phase].contact(limb);
     let foot = load.feet.iter().find(|foot| foot.limb == limb);
     let wrench = contact.zip(foot).map(|(contact, foot)| wrench(contact, foot));
     WrenchStamped {
@@ -54,10 +53,9 @@ pub fn contact_wrench(
 
 fn wrench(contact: &Contact, foot: &FootLoad) -> Wrench {
     let world_from_sole = contact.world_from_sole();
-    let arm: DVec3 = foot.centre - world_from_sole.translation;
     let sole_from_world = world_from_sole.rotation.conjugate();
     Wrench {
         force: (sole_from_world * foot.force).into(),
-        torque: (sole_from_world * (foot.moment + arm.cross(foot.force))).into(),
+        torque: (sole_from_world * (moment_about(foot, world_from_sole.translation))).into(),
     }
 }
