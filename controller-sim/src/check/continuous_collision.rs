@@ -11,6 +11,7 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, is_below};
+use crate::check::allowed_pairs::{JointRange, SelfPair, advice};
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
@@ -40,6 +41,8 @@ pub struct BodyPair {
     measured: bool,
     /// How deep the bodies may overlap beyond the tolerance, m.
     allowed_depth: f64,
+    /// The ranges of the joints between the bodies within which nothing is checked.
+    walked: Vec<JointRange>,
     /// The last separating direction.
     hint: Option<DVec3>,
 }
@@ -47,12 +50,19 @@ pub struct BodyPair {
 impl BodyPair {
     /// A pair without a separating direction yet.
     pub fn new(body: usize, other_body: OtherBody, measured: bool) -> Self {
-        Self { body, other_body, measured, allowed_depth: 0.0, hint: None }
+        Self { body, other_body, measured, allowed_depth: 0.0, walked: vec![], hint: None }
     }
 
-    /// The same pair, which may overlap by `depth` (m) beyond the tolerance.
-    pub fn allowing(self, depth: f64) -> Self {
-        Self { allowed_depth: depth, ..self }
+    /// Two bodies of the robot. If they may overlap, they have no distance to report.
+    pub fn of_robot(pair: &SelfPair) -> Self {
+        let (body, other) = pair.bodies;
+        let clear = Self::new(body, OtherBody::Robot(other), pair.depth_max == 0.0);
+        Self { allowed_depth: pair.depth_max, walked: pair.walked.clone(), ..clear }
+    }
+
+    /// Whether all configurations between these two leave nothing to check.
+    fn is_walked(&self, start: &Configuration, end: &Configuration) -> bool {
+        [start, end].iter().all(|configuration| SelfPair::is_walked(&self.walked, configuration))
     }
 }
 
@@ -118,8 +128,9 @@ impl ContinuousCollision<'_> {
                     to: 1.0,
                 };
                 let displacements = self.displacements(&interval, &Change::between(start, end))?;
-                let all: Vec<usize> = (0..self.pairs.len()).collect();
-                self.clear(&interval, (previous, &poses), &displacements, &all)?;
+                let is_checked = |pair: &usize| !self.pairs[*pair].is_walked(start, end);
+                let checked: Vec<usize> = (0..self.pairs.len()).filter(is_checked).collect();
+                self.clear(&interval, (previous, &poses), &displacements, &checked)?;
             }
             before = Some(poses);
         }
@@ -222,8 +233,13 @@ impl ContinuousCollision<'_> {
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
         let depth_max = self.penetration_max + pair.allowed_depth;
         if !is_at_most(-depth_max, found.distance) {
-            let bodies = (body, other);
-            return Err(overlap_violation(self.check, waypoint, bodies, found.distance, depth_max));
+            let (bodies, is_near) = ((body, other), !pair.walked.is_empty());
+            let mut violation =
+                overlap_violation(self.check, waypoint, bodies, found.distance, depth_max);
+            if is_near {
+                violation.detail += &advice(bodies, -found.distance);
+            }
+            return Err(violation);
         }
         if pair.measured {
             self.worst = self.worst.min(found.distance);
