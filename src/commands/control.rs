@@ -59,8 +59,10 @@ struct Controller {
 impl Controller {
     fn open(arguments: &ControlArguments) -> Result<Self, CommandError> {
         let overrides = Overrides { seed: arguments.seed, motion: arguments.motion };
-        let Inputs { scenario, model, world, .. } = Inputs::load(&arguments.scenario, overrides)?;
+        let inputs = Inputs::load(&arguments.scenario, overrides)?;
         let id = random_id();
+        let description = inputs.description(id);
+        let Inputs { scenario, model, world, .. } = inputs;
         let identity = Identity {
             controller_id: id,
             robot: model.digest,
@@ -70,6 +72,7 @@ impl Controller {
         let (ground_truth, world) = actual_world(arguments, &model, world)?;
         let checker = Checker::new(model, world, scenario.checker)?;
         let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
+        subscriber.describe(&description)?;
         let executor = match subscriber.taken_over() {
             Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
             None if arguments.serve => ChunkExecutor::new(checker, identity),

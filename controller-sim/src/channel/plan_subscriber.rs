@@ -18,7 +18,9 @@ use surefoot_shared_types::instance::tuning::{
     FEEDBACK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
 use surefoot_shared_types::instance::wake_pipe::{WakePipe, keep_polling};
-use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, WorldCorrection};
+use surefoot_shared_types::message::{
+    Check, Description, Feedback, Margins, PlanChunk, WorldCorrection,
+};
 
 pub use surefoot_shared_types::instance::error::ChannelError;
 
@@ -140,6 +142,14 @@ impl PlanSubscriber {
     /// The transport fails.
     pub fn open_state(&self) -> Result<StatePublisher, ChannelError> {
         StatePublisher::open(&self.participant)
+    }
+
+    /// Publishes what readers have to know of this controller's walks.
+    ///
+    /// # Errors
+    /// Shared memory is full, or the transport fails.
+    pub fn describe(&mut self, description: &Description) -> Result<(), ChannelError> {
+        self.participant.describe(description)
     }
 
     /// Loses and delays feedback messages, as the seed says. Any message may be lost, so the result
@@ -308,6 +318,7 @@ impl PlanSubscriber {
         }
         self.feedback_publisher.loan_pool.refill(LOANS_AHEAD)?;
         self.has_slept = true;
+        self.participant.refresh_description();
         self.participant.chunk_wake_pipe.wait(HEARTBEAT_INTERVAL);
         Ok(())
     }
