@@ -553,7 +553,7 @@ impl Arguments {
 /// A rate of sampling.
 fn sample_rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(rate) if rate >= SAMPLE_RATE_MIN && rate <= SAMPLE_RATE_MAX => Ok(rate),
+        Ok(rate) if (SAMPLE_RATE_MIN..=SAMPLE_RATE_MAX).contains(&rate) => Ok(rate),
         _ => Err(format!("a number between {SAMPLE_RATE_MIN} and {SAMPLE_RATE_MAX} is needed")),
     }
 }

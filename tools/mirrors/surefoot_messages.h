@@ -765,8 +765,8 @@ static_assert(offsetof(surefoot_Description, feet) == 7368, "offset");
 typedef struct {
     /* 1 while the foot carries the robot, 0 while it swings. */
     uint64_t in_contact;
-    /* Plan time at which the foot lifts off or is set down next, s; -1 if no accepted chunk
-       tells. */
+    /* Plan time at which the foot lifts off or is set down next, s; -1 if that is not planned
+       yet. */
     double changes_at;
     /* 1 if position and rotation are known: where the sole stands or will be set down. */
     uint64_t has_pose;
