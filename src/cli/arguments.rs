@@ -11,13 +11,12 @@ use surefoot_shared_types::config::MotionKind;
 use crate::cli::bench_arguments::BenchArguments;
 use crate::cli::method_arguments::{MethodArguments, method};
 use crate::cli::robot_arguments::RobotCommand;
+use crate::cli::simulation_arguments::SimulationArguments;
 use crate::export::format::ExportFormat;
 use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
-/// Largest rate of simulated time, in multiples of real time.
-const RATE_MAX: f64 = 1e6;
 /// Default of the number of replans: the most differences that a controller can report.
 const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
 /// Default of the number of restarts.
@@ -191,18 +190,9 @@ pub struct WalkArguments {
     /// Most restarts of processes that were killed, of both together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
-    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
-    /// by name
-    #[arg(long, alias = "truth", value_name = "WORLD")]
-    pub ground_truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// publish the state of the robot
-    #[arg(long, value_name = "RATE", value_parser = rate)]
-    pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
-    /// this seed determines
-    #[arg(long, value_name = "SEED")]
-    pub disturb: Option<u64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub simulation: SimulationArguments,
 }
 
 /// `surefoot plan`.
@@ -251,18 +241,9 @@ pub struct ControlArguments {
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
     pub instance: String,
-    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
-    /// by name
-    #[arg(long, alias = "truth", value_name = "WORLD")]
-    pub ground_truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// publish the state of the robot
-    #[arg(long, value_name = "RATE", value_parser = rate)]
-    pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
-    /// this seed determines
-    #[arg(long, value_name = "SEED")]
-    pub disturb: Option<u64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub simulation: SimulationArguments,
     /// Keep running for further plans until a signal comes
     #[arg(long)]
     pub serve: bool,
@@ -517,13 +498,5 @@ impl Arguments {
             Command::Control(arguments) => arguments.role.report_lines,
             _ => false,
         }
-    }
-}
-
-/// A rate of simulated time.
-fn rate(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
-        _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),
     }
 }

@@ -468,7 +468,7 @@ fn send(ready: ReadyChunk) -> Result<usize, ChannelError> {
     }
 }
 
-/// Whether the controller was idle between two feedback messages.
+/// Whether the controller was idle between two feedback messages, and its robot stood.
 fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
     let position = |feedback: &Feedback| {
         (
@@ -479,7 +479,8 @@ fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
             feedback.walked,
         )
     };
-    after.busy == 0 && after.count > before.count && position(before) == position(after)
+    let stands = after.busy == 0 && after.moving == 0;
+    stands && after.count > before.count && position(before) == position(after)
 }
 
 #[allow(
