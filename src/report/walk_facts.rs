@@ -25,8 +25,8 @@ pub struct WalkFacts {
 }
 
 impl WalkFacts {
-    /// Of places of the root with their times (s), of the places of each foot in their order, and of
-    /// the successive support modes, of which neighbours may be equal.
+    /// Of places of the root with their times (s), of the places of each foot in their order, and
+    /// of the successive support modes, of which neighbours may be equal.
     pub fn new(
         root: impl IntoIterator<Item = (f64, DVec3)>,
         feet: [Vec<DVec3>; 2],

@@ -231,8 +231,8 @@ pub struct Feedback {
     pub brakes: u64,
     /// How long it stood for that reason, s of its own time.
     pub stood: f64,
-    /// 1 while a chunk is being checked, or walked before its acknowledgement. Such a heartbeat shows
-    /// only that the controller runs.
+    /// 1 while a chunk is being checked, or walked before its acknowledgement. Such a heartbeat
+    /// shows only that the controller runs.
     pub busy: u32,
     /// Number of used entries of `corrections`.
     pub corrections_len: u32,
