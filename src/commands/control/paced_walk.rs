@@ -169,7 +169,7 @@ impl PacedWalk {
     ) {
         loop {
             let seconds = left(self);
-            if !(seconds > 0.0) {
+            if seconds <= 0.0 {
                 return;
             }
             heartbeat();
