@@ -313,7 +313,7 @@ mod tests {
             duplicated: 2,
             late_chunks: 4,
             brakes: 2,
-            stood_seconds: 3.14,
+            stood_seconds: 3.12,
             margins,
             refusal: Some(refusal("left_knee 120 %")),
         })

@@ -317,7 +317,7 @@ mod tests {
         assert_eq!(stats.record_chunk(&chunk(1), 1.1).len(), 0);
         stats.record_chunk(&chunk(0), 1.2);
         assert_eq!(stats.record_feedback(&feedback(0), 1.25).len(), 1, "a controller");
-        let stopped = Feedback { brakes: 2, stood: 3.14, ..feedback(2) };
+        let stopped = Feedback { brakes: 2, stood: 3.12, ..feedback(2) };
         stats.record_feedback(&stopped, 1.5);
         let MonitorEvent::Summary(summary) = stats.summary(2.0, 1.0) else { panic!("no summary") };
         let [p50, _, max] = summary.verdict_latency.unwrap();
