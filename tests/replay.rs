@@ -52,7 +52,7 @@ fn assert_stands((code, line): (i32, String)) {
 }
 
 /// Times of all waypoints times a factor, with the motion's derivatives to match.
-fn stretch(plan: &mut Value, factor: f64) {
+fn retime(plan: &mut Value, factor: f64) {
     for waypoint in plan["waypoints"].as_array_mut().unwrap() {
         let scaled = |value: &Value, by: f64| Value::from(value.as_f64().unwrap() * by);
         waypoint["t"] = scaled(&waypoint["t"], factor);
@@ -77,7 +77,7 @@ fn walks_stand_at_their_own_times_and_fall_at_twice_the_speed() {
         assert_stands(replay(&python, &plan, &[]));
     }
     let mut hasty: Value = serde_json::from_slice(&fs::read(&plan).unwrap()).unwrap();
-    stretch(&mut hasty, 0.5);
+    retime(&mut hasty, 0.5);
     fs::write(&plan, hasty.to_string()).unwrap();
     let (code, line) = replay(&python, &plan, &[]);
     assert!(code == 1 && line.contains("FALLS"), "{line}");
