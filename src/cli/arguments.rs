@@ -11,13 +11,12 @@ use surefoot_shared_types::config::MotionKind;
 use crate::cli::bench_arguments::BenchArguments;
 use crate::cli::method_arguments::{MethodArguments, method};
 use crate::cli::robot_arguments::RobotCommand;
+use crate::cli::simulation_arguments::SimulationArguments;
 use crate::export::format::ExportFormat;
 use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
-/// Largest rate of simulated time, in multiples of real time.
-const RATE_MAX: f64 = 1e6;
 /// Smallest and largest rate of sampling.
 const SAMPLE_RATE_MIN: f64 = 0.01;
 /// See [`SAMPLE_RATE_MIN`].
@@ -197,18 +196,9 @@ pub struct WalkArguments {
     /// Most restarts of processes that were killed, of both together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
-    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
-    /// by name
-    #[arg(long, alias = "truth", value_name = "WORLD")]
-    pub ground_truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// publish the state of the robot
-    #[arg(long, value_name = "RATE", value_parser = rate)]
-    pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
-    /// this seed determines
-    #[arg(long, value_name = "SEED")]
-    pub disturb: Option<u64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub simulation: SimulationArguments,
 }
 
 /// `surefoot plan`.
@@ -257,18 +247,9 @@ pub struct ControlArguments {
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
     pub instance: String,
-    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
-    /// by name
-    #[arg(long, alias = "truth", value_name = "WORLD")]
-    pub ground_truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// publish the state of the robot
-    #[arg(long, value_name = "RATE", value_parser = rate)]
-    pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
-    /// this seed determines
-    #[arg(long, value_name = "SEED")]
-    pub disturb: Option<u64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub simulation: SimulationArguments,
     /// Keep running for further plans until a signal comes
     #[arg(long)]
     pub serve: bool,
@@ -555,13 +536,5 @@ fn sample_rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(rate) if (SAMPLE_RATE_MIN..=SAMPLE_RATE_MAX).contains(&rate) => Ok(rate),
         _ => Err(format!("a number between {SAMPLE_RATE_MIN} and {SAMPLE_RATE_MAX} is needed")),
-    }
-}
-
-/// A rate of simulated time.
-fn rate(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
-        _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),
     }
 }

@@ -28,7 +28,11 @@ use crate::system::signals;
 pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     let inputs = Inputs::load(&arguments.search.scenario, Overrides::of(&arguments.search))?;
     output_files::check_run(&arguments.outputs, &inputs)?;
-    if let Some(ground_truth) = &arguments.ground_truth {
+    let simulation = &arguments.simulation;
+    if let Some(executed) = &simulation.executed {
+        output_files::check_other(executed, &arguments.outputs, &inputs)?;
+    }
+    if let Some(ground_truth) = &simulation.ground_truth {
         load_world(ground_truth)?;
     }
     inputs.preparation(arguments.outputs.quiet)?;

@@ -50,7 +50,7 @@
 /* The layout version in Description::schema. */
 #define SUREFOOT_DESCRIPTION_SCHEMA 1
 /* The layout version in Feedback::schema. */
-#define SUREFOOT_FEEDBACK_SCHEMA 4
+#define SUREFOOT_FEEDBACK_SCHEMA 5
 /* Joint position limits. */
 #define SUREFOOT_CHECK_LIMITS 0
 /* A stance foot leaves its declared pose, or the world does not support its sole. */
@@ -374,7 +374,7 @@ static_assert(offsetof(surefoot_WorldCorrection, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_WorldCorrection, half_extents) == 64, "offset");
 
 #define SUREFOOT_FEEDBACK_TYPE_NAME "surefoot.Feedback.v1"
-#define SUREFOOT_FEEDBACK_LAYOUT "aafddabfe77c6aff"
+#define SUREFOOT_FEEDBACK_LAYOUT "9399ac8419d9717b"
 /* The controller's feedback, a cumulative acknowledgement: every chunk before next_sequence is
    accepted. It is repeated as a heartbeat. */
 typedef struct {
@@ -411,12 +411,18 @@ typedef struct {
     /* Chunks that the robot executed since it was set on its start, under all controllers. If a
        chunk is executed twice, it exceeds the number of accepted chunks. */
     uint64_t walked;
-    /* 1 while a chunk is being checked. Such a heartbeat shows only that the controller runs. */
+    /* How often the robot had to stop because the next chunk was not there, under all
+       controllers. */
+    uint64_t brakes;
+    /* How long it stood for that reason, s of its own time. */
+    double stood;
+    /* 1 while a chunk is being checked, or walked before its acknowledgement. Such a heartbeat
+       shows only that the controller runs. */
     uint32_t busy;
     /* Number of used entries of corrections. */
     uint32_t corrections_len;
-    /* Always 0. */
-    uint32_t reserved;
+    /* 1 while the robot moves; it comes to rest at rest_state if no further chunk is accepted. */
+    uint32_t moving;
     /* CRC-32 (IEEE) of all bytes of the message with this field zero. */
     uint32_t crc;
     /* Digest of the stream of all accepted chunks; undefined while next_sequence is 0. */
@@ -429,7 +435,7 @@ typedef struct {
        removed. */
     surefoot_WorldCorrection corrections[SUREFOOT_CORRECTIONS_MAX];
 } surefoot_Feedback;
-static_assert(sizeof(surefoot_Feedback) == 6016, "size");
+static_assert(sizeof(surefoot_Feedback) == 6032, "size");
 static_assert(offsetof(surefoot_Feedback, schema) == 0, "offset");
 static_assert(offsetof(surefoot_Feedback, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_Feedback, session) == 16, "offset");
@@ -445,14 +451,16 @@ static_assert(offsetof(surefoot_Feedback, finished) == 76, "offset");
 static_assert(offsetof(surefoot_Feedback, duplicated) == 80, "offset");
 static_assert(offsetof(surefoot_Feedback, gaps) == 88, "offset");
 static_assert(offsetof(surefoot_Feedback, walked) == 96, "offset");
-static_assert(offsetof(surefoot_Feedback, busy) == 104, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections_len) == 108, "offset");
-static_assert(offsetof(surefoot_Feedback, reserved) == 112, "offset");
-static_assert(offsetof(surefoot_Feedback, crc) == 116, "offset");
-static_assert(offsetof(surefoot_Feedback, stream) == 120, "offset");
-static_assert(offsetof(surefoot_Feedback, margins) == 152, "offset");
-static_assert(offsetof(surefoot_Feedback, rest_state) == 216, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections) == 3200, "offset");
+static_assert(offsetof(surefoot_Feedback, brakes) == 104, "offset");
+static_assert(offsetof(surefoot_Feedback, stood) == 112, "offset");
+static_assert(offsetof(surefoot_Feedback, busy) == 120, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections_len) == 124, "offset");
+static_assert(offsetof(surefoot_Feedback, moving) == 128, "offset");
+static_assert(offsetof(surefoot_Feedback, crc) == 132, "offset");
+static_assert(offsetof(surefoot_Feedback, stream) == 136, "offset");
+static_assert(offsetof(surefoot_Feedback, margins) == 168, "offset");
+static_assert(offsetof(surefoot_Feedback, rest_state) == 232, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections) == 3216, "offset");
 
 #define SUREFOOT_STANCE_POSE_DATA_TYPE_NAME "surefoot.StancePoseData.v1"
 #define SUREFOOT_STANCE_POSE_DATA_LAYOUT "8300c6518c01d2f8"

@@ -133,7 +133,7 @@ class WorldCorrection(ctypes.Structure):
 
 
 class Feedback(ctypes.Structure):
-    LAYOUT = "aafddabfe77c6aff"
+    LAYOUT = "9399ac8419d9717b"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("controller_id", ctypes.c_uint64),
@@ -150,9 +150,11 @@ class Feedback(ctypes.Structure):
         ("duplicated", ctypes.c_uint64),
         ("gaps", ctypes.c_uint64),
         ("walked", ctypes.c_uint64),
+        ("brakes", ctypes.c_uint64),
+        ("stood", ctypes.c_double),
         ("busy", ctypes.c_uint32),
         ("corrections_len", ctypes.c_uint32),
-        ("reserved", ctypes.c_uint32),
+        ("moving", ctypes.c_uint32),
         ("crc", ctypes.c_uint32),
         ("stream", Digest),
         ("margins", Margins),

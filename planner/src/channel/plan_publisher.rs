@@ -478,7 +478,7 @@ fn send(ready: ReadyChunk) -> Result<usize, ChannelError> {
     }
 }
 
-/// Whether the controller was idle between two feedback messages.
+/// Whether the controller was idle between two feedback messages, and its robot stood.
 fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
     let position = |feedback: &Feedback| {
         (
@@ -489,7 +489,8 @@ fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
             feedback.walked,
         )
     };
-    after.busy == 0 && after.count > before.count && position(before) == position(after)
+    let stands = after.busy == 0 && after.moving == 0;
+    stands && after.count > before.count && position(before) == position(after)
 }
 
 #[allow(

@@ -159,17 +159,17 @@ mod tests {
             ("duplicated", 80),
             ("gaps", 88),
             ("walked", 96),
-            ("busy", 104),
-            ("crc", 116),
-            ("stream", 120),
-            ("margins", 152),
-            ("rest_state", 216),
-            ("corrections", 3200),
+            ("busy", 120),
+            ("crc", 132),
+            ("stream", 136),
+            ("margins", 168),
+            ("rest_state", 232),
+            ("corrections", 3216),
         ];
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6016));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6032));
     }
 
     #[test]
