@@ -4,9 +4,11 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
+use surefoot_controller_sim::LATE_SHARE;
 use surefoot_planner::methods::method::Method;
 
 use crate::cli::method_arguments::{MethodArguments, method};
+use crate::cli::simulation_arguments::late_share;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// `surefoot bench`.
@@ -368,6 +370,13 @@ pub struct LateArguments {
         value_parser = clap::value_parser!(u64).range(1..=1_000_000)
     )]
     pub walks: u64,
+    /// The share of chunks that come late
+    #[arg(long, value_name = "X", default_value_t = LATE_SHARE, value_parser = late_share)]
+    pub share: f64,
+    /// Write every walk as executed, with its stops, into this folder: plans that
+    /// tools/replay_mujoco.py replays
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

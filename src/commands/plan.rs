@@ -88,6 +88,14 @@ fn lock_memory() {
     }
 }
 
+/// The planner's end of an instance, with the description of its walks.
+fn open_publisher(instance: &str, inputs: &Inputs) -> Result<PlanPublisher, CommandError> {
+    let session = random_id();
+    let mut publisher = PlanPublisher::open(&enter_instance(instance)?, session)?;
+    publisher.describe(&inputs.description(session))?;
+    Ok(publisher)
+}
+
 /// One run of the command.
 struct Run<'a> {
     arguments: &'a PlanArguments,
@@ -104,7 +112,7 @@ impl Run<'_> {
     /// Plans and delivers; returns the last search.
     fn plan_and_deliver(&mut self) -> Result<Option<Ended>, CommandError> {
         let mut publisher = match &self.arguments.instance {
-            Some(name) => Some(PlanPublisher::open(&enter_instance(name)?, random_id())?),
+            Some(name) => Some(open_publisher(name, &self.inputs)?),
             None => None,
         };
         let mut task = PlanningTask::first(&self.inputs);

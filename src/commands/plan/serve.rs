@@ -99,7 +99,8 @@ pub(crate) fn run(
         return Err(CommandError::Usage("--serve needs --instance NAME".into()));
     };
     let session = random_id();
-    let publisher = PlanPublisher::open(&enter_instance(name)?, session)?;
+    let mut publisher = PlanPublisher::open(&enter_instance(name)?, session)?;
+    publisher.describe(&inputs.description(session))?;
     let server = RequestServer::open(publisher.participant(), session)?;
     let queue = RefCell::new(RequestQueue::new(server));
     let mut server = Server {
@@ -196,6 +197,7 @@ impl Server<'_> {
                 break request;
             }
             self.queue.borrow_mut().publish()?;
+            self.publisher.participant().refresh_description();
             std::thread::sleep(POLL_INTERVAL);
         };
         self.queue.borrow_mut().begin(&request)?;
