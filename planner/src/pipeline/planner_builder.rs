@@ -43,6 +43,7 @@ use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
+use crate::pipeline::uniform_rounds::UniformRounds;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
 use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
@@ -263,7 +264,12 @@ impl<'a> PlannerBuilder<'a> {
                 long_steps: false,
                 nearest_vertices: reserve(config.footholds_max as usize),
                 is_new_route: false,
+                uniform_from: None,
             },
+            uniform: UniformRounds::new(
+                context.preparation.step_limits().longest_level_step(),
+                context.constraints.collision.world_bounds(),
+            ),
             direct: DirectSteps::new(),
             segmentation: Segmentation::new(transitions_max),
             segments: SegmentSearches::new(config),

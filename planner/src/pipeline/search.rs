@@ -12,6 +12,7 @@ use crate::pipeline::outcome::Outcome;
 use crate::pipeline::segment_searches::SegmentSearches;
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::stage::WorkCategory;
+use crate::pipeline::uniform_rounds::UniformRounds;
 use crate::possibility::{CrouchProfile, LabelStats, RouteSearch};
 use crate::preparation::planning_context::PlanningContext;
 
@@ -28,6 +29,8 @@ pub(crate) struct Search {
     pub footholds: FootholdSampling,
     /// State of the transitions between footholds.
     pub connections: Connections,
+    /// The rounds of uniform footholds.
+    pub uniform: UniformRounds,
     /// The direct steps to a near goal.
     pub direct: DirectSteps,
     /// The segments of the route.
@@ -66,6 +69,8 @@ pub(crate) struct Connections {
     pub nearest_vertices: Vec<u32>,
     /// Whether the route is new, so that primitives are to be laid along it.
     pub is_new_route: bool,
+    /// The first foothold of a uniform round that is not connected yet.
+    pub uniform_from: Option<FootholdId>,
 }
 
 impl Connections {
