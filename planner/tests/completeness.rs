@@ -1,4 +1,4 @@
-//! What the search reaches only by its remedies of last resort: docs/COMPLETENESS.md.
+//! What the search reaches only by its last resorts: docs/COMPLETENESS.md.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -19,6 +19,8 @@ use surefoot_planner::primitives::transition_configuration::{
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
 
+/// Seeds of each test.
+const SEEDS: u64 = 20;
 /// Waypoints of a motion, and nodes of a tree.
 const WORKSPACE: [usize; 2] = [1024, 1024];
 
@@ -45,7 +47,7 @@ fn samples_reach_postures_outside_the_boxes() {
     let (mode, pair) = (single_mode(&stance), TransitionPair { stance: &stance, other: &other });
     let holds =
         |seed: u64, attempt: u64| sample(&constraints, &mode, pair, (seed, 0), attempt).is_ok();
-    for seed in 1..=3 {
+    for seed in 1..=SEEDS {
         let (unbounded, boxed): (Vec<u64>, Vec<u64>) =
             (0..6_000).partition(|&attempt| is_unbounded(attempt));
         let count =
@@ -77,17 +79,17 @@ fn shift_below_a_bar(constraints: &Constraints) -> SingleModeProblem {
 
 #[test]
 fn a_motion_outside_the_first_box_is_found_after_failures() {
-    let constraints = constraints_under([5.0, 0.0, 1.35], [0.01, 0.6, 0.01]);
+    let constraints = constraints_under([5.0, 0.0, 1.23], [0.01, 0.6, 0.01]);
     let problem = shift_below_a_bar(&constraints);
     let head = |state: &ModeState| state.configuration.world_from_root.translation.x;
-    assert!(head(&problem.from) < 5.0 && head(&problem.to) > 5.0);
+    assert!(head(&problem.from) < 4.9 && head(&problem.to) > 5.1);
     let mut workspace = Workspace::new(WORKSPACE[0], WORKSPACE[1]);
-    for seed in 1..=4 {
+    for seed in 1..=SEEDS {
         let mut finds = |failures: u32| {
             let problem = SingleModeProblem { random: (seed, 1), failures, ..problem.clone() };
             solve(&constraints, &problem, &mut workspace).is_ok()
         };
-        assert!(!(0..4).any(&mut finds), "seed {seed}: within the first box");
-        assert!((4..24).any(&mut finds), "seed {seed}");
+        assert!(!(0..=4).any(&mut finds), "seed {seed}: within the first box");
+        assert!((5..25).any(&mut finds), "seed {seed}");
     }
 }

@@ -177,22 +177,3 @@ fn no_random_course_with_a_plan_is_called_impossible() {
     println!("{worlds} courses: {found} with a plan, {impossible} impossible");
     assert!(4 * found >= worlds && 10 * impossible >= worlds, "{found} {impossible}");
 }
-
-#[test]
-fn a_wall_across_a_corridor_is_named_though_the_root_alone_could_go_around() {
-    let Obstruction::Blockage(blockage) = obstruction(&Case::shipped("no_way_wall")) else {
-        panic!("a blockage")
-    };
-    let world = Case::shipped("no_way_wall").world;
-    let name = &world.shapes[blockage.shape].name;
-    assert!(name.starts_with("wall"), "{name}");
-}
-
-#[test]
-fn a_wall_with_a_way_around_it_closes_nothing() {
-    // A wall across a floor but for a strip at its end, beside a wall along the floor's edge.
-    let mut case = Case::shipped("no_way_wall");
-    let across = case.world.shapes.iter_mut().find(|shape| shape.name == "wall_across").unwrap();
-    across.world_from_shape.translation.y -= 0.75;
-    assert_eq!(shown(&mut case.planner(1)), None);
-}

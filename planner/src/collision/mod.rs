@@ -3,12 +3,10 @@
 mod body_distance;
 pub mod error;
 mod keep_out;
-mod leg_cover;
 pub mod model;
 mod pair_survey;
 mod robot_bodies;
 mod self_pairs;
 mod separating_direction;
 mod tuning;
-pub(crate) mod upright_box;
 mod world_shapes;

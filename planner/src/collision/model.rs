@@ -11,11 +11,9 @@ use surefoot_shared_types::world::world::World;
 use crate::collision::body_distance::bodies_within;
 use crate::collision::error::CollisionError;
 use crate::collision::keep_out::KeepOutZones;
-use crate::collision::leg_cover;
 use crate::collision::robot_bodies::{CollisionBody, FootBody};
 use crate::collision::self_pairs::{BodyPair, SelfPairs};
 use crate::collision::tuning::{LIFT_OFF_LIFT, STANCE_LIFT};
-use crate::collision::upright_box::UprightBox;
 use crate::collision::world_shapes::{Nearby, WorldShapes, lifted};
 use crate::geometry::bvh::Aabb;
 use crate::kinematics::tree::KinematicTree;
@@ -64,8 +62,6 @@ pub struct CollisionModel {
     world: WorldShapes,
     clearance: f64,
     keep_out_zones: KeepOutZones,
-    /// [`CollisionModel::leg_gap`]; infinite without a root ball.
-    leg_gap: f64,
     link_names: Vec<String>,
     shape_names: Vec<String>,
 }
@@ -80,10 +76,7 @@ impl CollisionModel {
         if !(clearance.is_finite() && clearance >= 0.0) {
             return Err(CollisionError::BadClearance);
         }
-        let tree = KinematicTree::new(model);
-        let bodies = CollisionBody::all(model, &tree)?;
-        let leg_gap = root_ball(&bodies)
-            .map_or(f64::INFINITY, |ball| leg_cover::leg_gap(model, &tree, &bodies, ball.center));
+        let bodies = CollisionBody::all(model, &KinematicTree::new(model))?;
         let pairs = SelfPairs::new(model, &bodies, clearance);
         let link_names = model.links.iter().map(|link| link.name.clone()).collect();
         let shape_names = world.shapes.iter().map(|shape| shape.name.clone()).collect();
@@ -94,7 +87,6 @@ impl CollisionModel {
             world,
             clearance,
             keep_out_zones: KeepOutZones::default(),
-            leg_gap,
             link_names,
             shape_names,
         })
@@ -230,18 +222,12 @@ impl CollisionModel {
 
     /// A large ball, in the root frame, that a link rigid with the root contains.
     pub fn root_ball(&self) -> Option<BoundingSphere> {
-        root_ball(&self.bodies)
-    }
-
-    /// The longest part of the curve from the centre of the root ball along a leg to the sole that
-    /// no collision shape covers in every posture, m; infinite without a root ball.
-    pub(crate) fn leg_gap(&self) -> f64 {
-        self.leg_gap
-    }
-
-    /// The boxes of the world that stand upright.
-    pub(crate) fn upright_boxes(&self) -> impl Iterator<Item = UprightBox> + '_ {
-        self.world.upright_boxes()
+        let rigid = self.bodies.iter().filter(|body| body.node == 0);
+        let balls = rigid.flat_map(|body| &body.parts).map(|part| BoundingSphere {
+            center: part.node_from_part * part.bounds.center(),
+            radius: part.solid.inner_radius(),
+        });
+        balls.filter(|ball| ball.radius > 0.0).max_by(|a, b| a.radius.total_cmp(&b.radius))
     }
 
     /// The name of a shape of the world; none for [`KEEP_OUT`].
@@ -370,14 +356,4 @@ fn chord_squared(a: &DMat3, b: &DMat3) -> f64 {
     0.5 * (difference.x_axis.length_squared()
         + difference.y_axis.length_squared()
         + difference.z_axis.length_squared())
-}
-
-/// A large ball, in the root frame, that a link rigid with the root contains.
-fn root_ball(bodies: &[CollisionBody]) -> Option<BoundingSphere> {
-    let rigid = bodies.iter().filter(|body| body.node == 0);
-    let balls = rigid.flat_map(|body| &body.parts).map(|part| BoundingSphere {
-        center: part.node_from_part * part.bounds.center(),
-        radius: part.solid.inner_radius(),
-    });
-    balls.filter(|ball| ball.radius > 0.0).max_by(|a, b| a.radius.total_cmp(&b.radius))
 }

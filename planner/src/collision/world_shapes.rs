@@ -6,7 +6,6 @@ use surefoot_shared_types::world::world::World;
 
 use crate::collision::robot_bodies::{CollisionBody, Part};
 use crate::collision::tuning::NEARBY_MAX;
-use crate::collision::upright_box::UprightBox;
 use crate::geometry::bvh::{Aabb, Bvh};
 use crate::geometry::narrow_phase::is_within;
 use crate::geometry::shape_error::ShapeError;
@@ -26,9 +25,6 @@ struct PlacedSolid {
     shape_from_world: Pose,
     solid: Solid,
 }
-
-/// The vertical component of a box's z axis from which on it stands upright.
-const UPRIGHT_MIN: f64 = 1.0 - 1e-12;
 
 /// The shapes near the robot, listed once for all of its bodies.
 #[derive(Debug)]
@@ -115,22 +111,6 @@ impl WorldShapes {
             is_within(&shape.solid, &solid, &(shape.shape_from_world * *world_from_box), 0.0)
         };
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
-    }
-
-    /// The boxes that stand upright, turned about the vertical only.
-    pub(crate) fn upright_boxes(&self) -> impl Iterator<Item = UprightBox> + '_ {
-        self.shapes.iter().filter_map(|shape| {
-            let Solid::Convex(Convex { core: Core::Box { half_extents }, .. }) = shape.solid else {
-                return None;
-            };
-            let world_from_shape = shape.shape_from_world.inverse();
-            let is_upright = (world_from_shape.rotation * DVec3::Z).z > UPRIGHT_MIN;
-            is_upright.then(|| UprightBox {
-                center: world_from_shape.translation,
-                axis: (world_from_shape.rotation * DVec3::X).truncate().normalize_or_zero(),
-                half_extents,
-            })
-        })
     }
 
     /// The first shape that a ball touches, in the tree's order.

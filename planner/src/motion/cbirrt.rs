@@ -330,8 +330,8 @@ fn sample_target(
     state
 }
 
-/// A random position of a free joint near another, within its limits. With a grown box all positions
-/// that are both near and within the limits are equally likely.
+/// A random position of a free joint near another, within its limits. With a grown box all
+/// positions that are both near and within the limits are equally likely.
 fn free_position(between: f64, scale: f64, [lower, upper]: [f64; 2], random: &mut Random) -> f64 {
     let spread = scale * FREE_JOINT_SPREAD;
     if scale > 1.0 {

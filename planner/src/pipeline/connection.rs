@@ -107,14 +107,14 @@ fn add_partner(graph: &ModeGraph, foothold: FootholdId, neighbours: &mut Neighbo
     if neighbours.is_full() {
         neighbours.pop();
     }
-    let _has_room = neighbours.push(partner);
+    let _has_capacity = neighbours.push(partner);
 }
 
 /// Finds the nearest vertices of the next footholds without one, as many as a budget allows; after
 /// the route has changed, of all. Returns `false` if no foothold was left.
 fn locate_next(context: &PlanningContext, search: &mut Search, budget: u64) -> bool {
     let (route, footholds) = (search.route.route(), search.roadmap.graph.footholds());
-    let may_face_anywhere = search.uniform.rounds > 0;
+    let may_face_anywhere = search.footholds.uniform.rounds > 0;
     let ids: Batch<usize> = (search.connections.nearest_vertices.len()..footholds.len())
         .take(items_in(budget, BATCH_MAX))
         .collect();

@@ -220,9 +220,9 @@ impl<'a> FootholdSampler<'a> {
         self.add_footholds(&query, graph, scratch)
     }
 
-    /// Adds a foothold of one foot at a pose, or the nearest one where the sole has no support there.
-    /// It is added even if there is one like it: a walk may need footholds that are closer than
-    /// two others may be.
+    /// Adds a foothold of one foot at a pose, or the nearest one where the sole has no support
+    /// there. It is added even if there is one like it: a walk may need one of two that are nearer
+    /// to each other than others may be.
     ///
     /// # Errors
     /// The foothold arena is full.

@@ -169,11 +169,11 @@ fn sample_uniformly(
         return Ok(Event::Done);
     }
     search.footholds.order = FootholdOrder::Uniform { left: left - 1 };
-    let rounds = search.uniform.rounds;
+    let rounds = search.footholds.uniform.rounds;
     let mut random = Random::new(context.seed, Stream::UniformFoothold, rounds, u64::from(left));
     let route = search.route.route();
     let vertex = random.below(route.vertex_count());
-    let ideal = search.uniform.draw(route.pose(vertex).position, &mut random);
+    let ideal = search.footholds.uniform.draw(route.pose(vertex).position, &mut random);
     let sampler = FootholdSampler::new(context);
     let (graph, scratch) = (&mut search.roadmap.graph, &mut search.footholds.scratch[0]);
     let name = (u64::from(left) | 1 << 43, rounds);

@@ -257,6 +257,10 @@ impl<'a> PlannerBuilder<'a> {
             footholds: FootholdSampling {
                 order: FootholdOrder::Sweep { next: 0 },
                 selection: VertexSelection::new(2 * vertices_max),
+                uniform: UniformRounds::new(
+                    context.preparation.step_limits().longest_level_step(),
+                    context.constraints.collision.world_bounds(),
+                ),
                 scratch: [(); 2].map(|()| Scratch::new(placement)),
             },
             connections: Connections {
@@ -266,10 +270,6 @@ impl<'a> PlannerBuilder<'a> {
                 is_new_route: false,
                 uniform_from: None,
             },
-            uniform: UniformRounds::new(
-                context.preparation.step_limits().longest_level_step(),
-                context.constraints.collision.world_bounds(),
-            ),
             direct: DirectSteps::new(),
             segmentation: Segmentation::new(transitions_max),
             segments: SegmentSearches::new(config),

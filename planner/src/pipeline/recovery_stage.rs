@@ -33,6 +33,9 @@ const MANY_ROUTES: u64 = 5;
 /// batch of failed attempts, or the first where no primitive posture holds on it.
 const PERTURBED_AT: Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
 
+/// Failed searches for a motion between two configurations after which others are sampled.
+const ALTERNATIVE_FAILURES: u32 = 3;
+
 /// Chooses what follows a failed segment, without any work: the next sequence, more footholds, a
 /// detour, another route, or longer steps. `recovery_policy.rs` says when.
 #[derive(Debug, Default)]
@@ -100,7 +103,9 @@ impl RecoveryStage {
                 let vertex = search.route.route().nearest_vertex(place.position);
                 begin_detour(search, vertex, place)
             }
-            Some(RecoveryAction::NewRoute) if search.uniform.is_due() => begin_uniform(search),
+            Some(RecoveryAction::NewRoute) if search.footholds.uniform.is_due() => {
+                begin_uniform(search)
+            }
             Some(RecoveryAction::NewRoute) => {
                 block_failures(search);
                 leave_route(search, place)
@@ -128,7 +133,7 @@ impl RecoveryStage {
                 search.connections.begin_long_steps();
                 Event::LongSteps
             }
-            RecoveryAction::NewRoute if search.uniform.is_due() => begin_uniform(search),
+            RecoveryAction::NewRoute if search.footholds.uniform.is_due() => begin_uniform(search),
             RecoveryAction::NewRoute => leave_route(search, frontier),
         }
     }
@@ -185,8 +190,8 @@ fn try_next(search: &mut Search, index: usize) -> Event {
 }
 
 /// Adds a further transition, for another configuration of Q(T), at each end of the motions that
-/// failed between two configurations: others on the same footholds may be joined. Does nothing
-/// once the arena is nearly full.
+/// failed again and again between two configurations: others on the same footholds may be joined.
+/// Does nothing once the arena is nearly full.
 fn add_alternatives(
     roadmap: &mut Roadmap,
     segmentation: &Segmentation,
@@ -197,7 +202,7 @@ fn add_alternatives(
     for index in 0..=current.sequence.len() {
         let edge = segment.edge(index);
         let record = roadmap.edges.get(edge.from, edge.to);
-        if record.motion.is_some() || record.failures == 0 {
+        if record.motion.is_some() || record.failures < ALTERNATIVE_FAILURES {
             continue;
         }
         for node in [edge.from, edge.to] {
@@ -213,7 +218,7 @@ fn add_alternatives(
 
 /// Begins a round of uniform footholds. From the first on, footholds of any heading may be used.
 fn begin_uniform(search: &mut Search) -> Event {
-    if search.uniform.rounds == 1 {
+    if search.footholds.uniform.rounds == 1 {
         search.connections.nearest_vertices.clear();
     }
     let first = search.roadmap.graph.footholds().len() as FootholdId;

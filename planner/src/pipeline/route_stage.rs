@@ -173,6 +173,7 @@ fn begin_route(search: &mut Search) {
     let is_whole = !(0..vertices).any(has_placements) || stats.routes == 0;
     footholds.selection.select(vertices, |vertex| is_whole || has_placements(vertex));
     stats.routes += 1;
+    stats.routes_under_c_n += u64::from(route.condition() == RouteCondition::Necessary);
     stats.route_edges = route.route().labelled();
     search.connections.begin_route();
     search.crouch.begin();

@@ -29,8 +29,6 @@ pub(crate) struct Search {
     pub footholds: FootholdSampling,
     /// State of the transitions between footholds.
     pub connections: Connections,
-    /// The rounds of uniform footholds.
-    pub uniform: UniformRounds,
     /// The direct steps to a near goal.
     pub direct: DirectSteps,
     /// The segments of the route.
@@ -54,6 +52,8 @@ pub(crate) struct FootholdSampling {
     pub order: FootholdOrder,
     /// The vertices that a sweep visits.
     pub selection: VertexSelection,
+    /// The rounds of uniform footholds.
+    pub uniform: UniformRounds,
     /// Memory for foot placement queries of two threads.
     pub scratch: [Scratch; 2],
 }
@@ -145,6 +145,8 @@ pub struct SearchStats {
     pub sequences: u64,
     /// Guide routes followed, detours included.
     pub routes: u64,
+    /// Guide routes found under C_N alone, where no route meets the other conditions of stage P.
+    pub routes_under_c_n: u64,
     /// Whether stage P found no route, so that a straight line was tried.
     pub used_straight_line: bool,
     /// Most segments of a route that shared a batch.

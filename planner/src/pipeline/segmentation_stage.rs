@@ -47,7 +47,8 @@ impl SegmentationStage {
             SEGMENT_VERTICES
         });
         let vertices = search.route.route().vertex_count();
-        let is_last = vertex + SEGMENT_VERTICES / 2 >= vertices || search.uniform.rounds > 0;
+        let is_last =
+            vertex + SEGMENT_VERTICES / 2 >= vertices || search.footholds.uniform.rounds > 0;
         if is_last || search.roadmap.is_full_of_boundaries() {
             search.segmentation.push(GOAL, vertices - 1);
             search.segments.begin_route(search.segmentation.len());

@@ -1,5 +1,5 @@
 //! Rounds of footholds that are uniform over position and heading, without the tables, cells and
-//! limits of the other remedies: with them every walk is found in the end, as docs/COMPLETENESS.md
+//! limits of the other actions: with them every walk is found in the end, as docs/COMPLETENESS.md
 //! states it [Grey 5.3, 5.7.2].
 
 use std::f64::consts::PI;
@@ -13,7 +13,7 @@ use crate::geometry::bvh::Aabb;
 
 /// Footholds that a round samples, of both feet together.
 pub(crate) const ROUND_FOOTHOLDS: u32 = 96;
-/// Routes that are given up before the first round, and more of them before each later one.
+/// Routes that are left before the first round, and more of them before each later one.
 const ROUTES_PER_ROUND: u64 = 3;
 /// rho of the first round, relative to the longest level step.
 const FIRST_RADIUS_SHARE: f64 = 0.5;
@@ -25,8 +25,8 @@ const RADII: u64 = 3;
 pub(crate) struct UniformRounds {
     /// Number of rounds begun.
     pub rounds: u64,
-    /// Routes given up since the last round.
-    given_up: u64,
+    /// Routes left since the last round.
+    left: u64,
     /// The longest level step, m.
     step_max: f64,
     /// The bounds of the world, m.
@@ -36,18 +36,18 @@ pub(crate) struct UniformRounds {
 impl UniformRounds {
     /// No round yet, for a robot with this longest level step (m) in a world.
     pub fn new(step_max: f64, world: Aabb) -> Self {
-        Self { rounds: 0, given_up: 0, step_max, world }
+        Self { rounds: 0, left: 0, step_max, world }
     }
 
-    /// Counts a route that is given up. Returns whether a round begins in its place. The number of
+    /// Counts a route that is to be left. Returns whether a round begins in its place. The number of
     /// routes between two rounds grows, so that every sequence over the footholds of all rounds has
     /// its turn.
     pub fn is_due(&mut self) -> bool {
-        self.given_up += 1;
-        if self.given_up < ROUTES_PER_ROUND * (self.rounds + 1) {
+        self.left += 1;
+        if self.left < ROUTES_PER_ROUND * (self.rounds + 1) {
             return false;
         }
-        (self.given_up, self.rounds) = (0, self.rounds + 1);
+        (self.left, self.rounds) = (0, self.rounds + 1);
         true
     }
 

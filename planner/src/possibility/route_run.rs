@@ -85,8 +85,8 @@ impl Run {
         (self.samples, self.condition, self.widenings) = (0, RouteCondition::UpperBody, 0);
     }
 
-    /// Continues in a wider region, first under the strictest condition again. Returns `false` if the region is the
-    /// whole world.
+    /// Continues in a wider region, first under the strictest condition again. Returns `false` if
+    /// the region is the whole world.
     pub fn widen(&mut self, world: &Aabb) -> bool {
         let bounds = widened(&self.bounds, world);
         let is_wider = bounds != self.bounds;
@@ -124,8 +124,8 @@ impl Run {
     }
 
     /// Whether the robot may sidestep: once half of the samples are spent. In a long region only
-    /// after stage M has rejected a route, because the condition is relaxed first: places where arms collide
-    /// are more frequent than passages narrower than the shoulders.
+    /// after stage M has rejected a route, because the condition is relaxed first: places where
+    /// arms collide are more frequent than passages narrower than the shoulders.
     pub fn may_sidestep(&self) -> bool {
         let is_late = 2 * self.samples >= samples_max(&self.bounds);
         is_late && (self.generation > 0 || is_short(&self.bounds))

@@ -375,10 +375,11 @@ impl RouteSearch {
 
     /// No route meets the condition: the search continues under the next one, with the same trees.
     /// Before C_N alone, the first search continues in a wider region, up to the whole world. A
-    /// detour is given up without it: another route is cheaper.
+    /// detour fails without it: another route is cheaper.
     fn relax(&mut self) {
         let is_first = self.run.generation == 0;
-        let next = match self.run.condition {
+        let condition = self.run.condition;
+        let next = match condition {
             RouteCondition::UpperBody => RouteCondition::Root,
             RouteCondition::Root if is_first && self.run.widen(&self.region.world) => return,
             RouteCondition::Root if self.detour.between.is_none() => RouteCondition::Necessary,

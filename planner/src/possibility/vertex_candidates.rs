@@ -13,6 +13,7 @@ use crate::foot_placement::YAW_SPREAD_MAX;
 use crate::foot_placement::foothold_query::FootholdQuery;
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::root_poses::RootPoses;
 use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tuning::{
     AWAY_FROM_TARGET_COST, FIT_STEP, FOOT_PLACEMENTS_MAX, HEIGHT_DIFFERENCE_COST,
@@ -112,7 +113,8 @@ impl StageContext<'_> {
         })
     }
 
-    /// A vertex under C_N alone, with placements if both feet find some.
+    /// A vertex under C_N alone, with placements if both feet find some. It keeps its place, since
+    /// the root need not be midway between the feet.
     fn find_possible(
         &self,
         query: &VertexQuery,
@@ -120,8 +122,8 @@ impl StageContext<'_> {
     ) -> Option<VertexCandidate> {
         let placements = self.find_both_placements(query, scratch).unwrap_or_default();
         let best = self.best_pair(query, &placements);
-        let position = best.map_or(query.pose.position, |(position, ..)| position);
-        let pose = MidFeetPose { position, yaw: query.pose.yaw };
+        let mut pose = query.pose;
+        pose.position.z = best.map_or(pose.position.z, |(middle, ..)| middle.z);
         let pair = best.and_then(|(_, pair, are_apart)| are_apart.then_some(pair));
         self.is_possible(&pose, query.name).then_some(VertexCandidate {
             pose,
@@ -129,6 +131,13 @@ impl StageContext<'_> {
             pair,
             is_upright: false,
         })
+    }
+
+    /// Whether C_N holds at a root pose over a pose; `name` names the root poses that are tested.
+    pub fn is_possible(&self, pose: &MidFeetPose, name: u64) -> bool {
+        let StageContext { constraints, preparation, seed, .. } = *self;
+        let mid_feet_from_root = self.upper_body.mid_feet_from_root();
+        RootPoses { constraints, preparation, mid_feet_from_root, seed }.is_possible(pose, name)
     }
 
     /// Whether the upper body is free at a pose.

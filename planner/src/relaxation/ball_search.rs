@@ -91,13 +91,6 @@ impl BallSearch {
         }
     }
 
-    /// Leaves only some voxels within reach.
-    pub fn restrict_to(&mut self, grid: &Grid, voxels: &[u64]) {
-        for (near, voxels) in self.near[..grid.columns()].iter_mut().zip(voxels) {
-            *near &= voxels;
-        }
-    }
-
     fn add(&mut self, grid: &Grid, (column, level): (usize, usize)) {
         self.seen[column] |= 1 << level;
         self.entered += 1;

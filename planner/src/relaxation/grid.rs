@@ -71,24 +71,6 @@ impl Grid {
         (u64::MAX << first as u32) & (u64::MAX >> (LEVELS as u32 - 1 - last as u32))
     }
 
-    /// The voxels of a column that lie within an interval of heights.
-    pub fn levels_within(&self, [low, high]: [f64; 2]) -> u64 {
-        let within = |level: &usize| {
-            let bottom = self.low.z + *level as f64 * self.level;
-            low <= bottom && bottom + self.level <= high
-        };
-        (0..LEVELS).filter(within).fold(0, |all, level| all | 1 << level)
-    }
-
-    /// The voxels of a column whose upper face lies within an interval of heights.
-    pub fn planes_within(&self, [low, high]: [f64; 2]) -> u64 {
-        let within = |level: &usize| {
-            let top = self.low.z + (*level + 1) as f64 * self.level;
-            low <= top && top <= high
-        };
-        (0..LEVELS).filter(within).fold(0, |all, level| all | 1 << level)
-    }
-
     /// The column and the level of a point in the grid.
     pub fn voxel_of(&self, point: DVec3) -> Option<(usize, usize)> {
         let column = self.columns_in(point.truncate(), point.truncate()).next()?;

@@ -8,8 +8,7 @@
 //!   connects no others. So the ground of the goal is reached from that of the start by steps
 //!   between touched points of at most that reach and the extents of both soles.
 //! - *Passage.* A ball that the root contains moves from start to goal without touching the world,
-//!   and always within a leg's reach of ground that steps reach. Where the ball passes so, a leg
-//!   must also reach it without a wall in between.
+//!   and always within a leg's reach of ground that steps reach.
 //!
 //! Every rounding makes more possible: ground fills each voxel that it may touch, distances are
 //! those of the nearest points of two voxels, and the ball is stopped between two voxels only if it
@@ -20,7 +19,6 @@ pub(crate) mod ball_search;
 pub(crate) mod gap_search;
 pub(crate) mod grid;
 pub(crate) mod ground;
-pub(crate) mod leg_reach;
 pub(crate) mod obstruction;
 pub(crate) mod relaxed_problem;
 pub(crate) mod step_search;

@@ -12,7 +12,6 @@ use crate::relaxation::ball_search::{BallSearch, Passage};
 use crate::relaxation::gap_search::GapSearch;
 use crate::relaxation::grid::{Disc, Grid};
 use crate::relaxation::ground::{add_element, bounds_of};
-use crate::relaxation::leg_reach::LegReach;
 use crate::relaxation::obstruction::{Blockage, Obstruction};
 use crate::relaxation::step_search::StepSearch;
 use crate::relaxation::tuning::{
@@ -61,11 +60,6 @@ struct Bounds {
     ball: Option<BoundingSphere>,
     /// Greatest distance of its centre from a point that a foot touches, m.
     ball_reach: f64,
-    /// Greatest length of the curve from its centre along a leg to a point that the foot touches,
-    /// m.
-    leg_length: f64,
-    /// The longest part of that curve that no collision shape covers, m.
-    leg_gap: f64,
 }
 
 /// The part of the relaxed problem that is next.
@@ -85,8 +79,6 @@ enum Part {
     Reach(usize),
     /// The way of the ball, from one end to the other.
     Pass(usize),
-    /// The reach of the legs around walls.
-    LegReach,
     Over(RelaxedOutcome),
 }
 
@@ -103,7 +95,6 @@ pub(crate) struct RelaxedProblem {
     steps: [StepSearch; 2],
     gap: GapSearch,
     ball: BallSearch,
-    legs: LegReach,
     part: Part,
 }
 
@@ -120,7 +111,6 @@ impl RelaxedProblem {
             steps: [StepSearch::new(), StepSearch::new()],
             gap: GapSearch::new(),
             ball: BallSearch::new(),
-            legs: LegReach::new(),
             part: Part::Over(RelaxedOutcome::Open),
         }
     }
@@ -128,7 +118,6 @@ impl RelaxedProblem {
     /// Begins with a robot in a world, between two ends.
     pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2]) {
         (self.bounds, self.ends, self.grid) = (Bounds::of(world), ends, None);
-        self.legs.clear();
         self.part = Part::Measure(0, Aabb::EMPTY);
     }
 
@@ -144,7 +133,6 @@ impl RelaxedProblem {
             (Part::Gap(column), Some(grid)) => self.compare(world, &grid, column),
             (Part::Reach(column), Some(grid)) => self.extend_reach(&grid, column),
             (Part::Pass(end), Some(grid)) => self.pass(world, &grid, end),
-            (Part::LegReach, Some(grid)) => self.extend_legs(&grid),
         };
         self.part = part;
         match part {
@@ -275,29 +263,8 @@ impl RelaxedProblem {
                 let blockage = Blockage { shape, at, radius, reach };
                 Part::Over(RelaxedOutcome::Obstructed(Obstruction::Blockage(blockage)))
             }
-            Some(_) => self.refine(world, grid),
+            Some(_) => Part::Over(RelaxedOutcome::Open),
         }
-    }
-
-    /// The ball passes within a leg's reach: begins to find out whether a leg also reaches it
-    /// without a wall in between.
-    fn refine(&mut self, world: &RelaxedWorld<'_>, grid: &Grid) -> Part {
-        let lengths = [self.bounds.leg_length + TOLERANCE, self.bounds.leg_gap];
-        let may_refine = !self.is_clipped && self.bounds.leg_gap.is_finite();
-        let collision = &world.constraints.collision;
-        if may_refine && self.legs.begin(grid, collision, &self.steps[0].reached, lengths) {
-            return Part::LegReach;
-        }
-        Part::Over(RelaxedOutcome::Open)
-    }
-
-    /// After the last piece, the ball passes again, where legs reach it.
-    fn extend_legs(&mut self, grid: &Grid) -> Part {
-        if !self.legs.advance(grid) {
-            return Part::LegReach;
-        }
-        self.ball.restrict_to(grid, &self.legs.reached);
-        self.start_passing(grid, 1)
     }
 
     /// Bytes reserved.
@@ -307,7 +274,6 @@ impl RelaxedProblem {
             + self.steps.iter().map(StepSearch::bytes).sum::<usize>()
             + self.gap.bytes()
             + self.ball.bytes()
-            + self.legs.bytes()
     }
 }
 
@@ -331,8 +297,6 @@ impl Bounds {
             span: world.step_reach + radii[0] + radii[1],
             ball,
             ball_reach: (0..2).map(|limb| ball_reach(robot, limb, center)).fold(0.0, f64::max),
-            leg_length: (0..2).map(|limb| leg_length(robot, limb, center)).fold(0.0, f64::max),
-            leg_gap: world.constraints.collision.leg_gap(),
         }
     }
 }
@@ -345,14 +309,4 @@ fn ball_reach(robot: &Mechanism, limb: usize, center: DVec3) -> f64 {
     let ankle = leg.sole_from_ankle();
     let foot = sole.polygon.iter().map(|vertex| vertex.extend(0.0).distance(ankle));
     center.distance(first) + first.distance(leg.hip()) + leg.reach() + foot.fold(0.0, f64::max)
-}
-
-/// Upper bound of the length of the curve from a point of the root over the joints of a leg, the
-/// ankle and the sole's origin to any point of the sole, m.
-fn leg_length(robot: &Mechanism, limb: usize, center: DVec3) -> f64 {
-    let (leg, sole) = (&robot.legs[limb], &robot.soles[limb]);
-    let first = leg.joints()[0].point;
-    let across = sole.polygon.iter().map(|vertex| vertex.length()).fold(0.0, f64::max);
-    let down = leg.sole_from_ankle().length() + across;
-    center.distance(first) + first.distance(leg.hip()) + leg.reach() + down
 }

@@ -27,5 +27,3 @@ pub(crate) const COLUMNS_PER_ELEMENT: usize = 8;
 pub(crate) const COLUMNS_PER_UNIT: usize = 4;
 /// Voxels from which the root's ball moves on.
 pub(crate) const VOXELS_PER_UNIT: usize = 6;
-/// Columns of one sweep over the reach of legs.
-pub(crate) const LEG_COLUMNS_PER_UNIT: usize = 512;
