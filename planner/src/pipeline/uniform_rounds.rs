@@ -39,9 +39,9 @@ impl UniformRounds {
         Self { rounds: 0, left: 0, step_max, world }
     }
 
-    /// Counts a route that is to be left. Returns whether a round begins in its place. The number of
-    /// routes between two rounds grows, so that every sequence over the footholds of all rounds has
-    /// its turn.
+    /// Counts a route that is to be left. Returns whether a round begins in its place. The number
+    /// of routes between two rounds grows, so that every sequence over the footholds of all rounds
+    /// has its turn.
     pub fn is_due(&mut self) -> bool {
         self.left += 1;
         if self.left < ROUTES_PER_ROUND * (self.rounds + 1) {
