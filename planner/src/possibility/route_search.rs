@@ -374,15 +374,18 @@ impl RouteSearch {
     }
 
     /// No route meets the condition: the search continues under the next one, with the same trees.
-    /// Before C_N alone, the first search continues in a wider region, up to the whole world. A
-    /// detour fails without it: another route is cheaper.
+    /// The first search continues in a wider region, up to the whole world, and fails without C_N
+    /// alone: a straight line is tried first. A detour fails without it too: another route is
+    /// cheaper.
     fn relax(&mut self) {
         let is_first = self.run.generation == 0;
         let condition = self.run.condition;
         let next = match condition {
             RouteCondition::UpperBody => RouteCondition::Root,
             RouteCondition::Root if is_first && self.run.widen(&self.region.world) => return,
-            RouteCondition::Root if self.detour.between.is_none() => RouteCondition::Necessary,
+            RouteCondition::Root if !is_first && self.detour.between.is_none() => {
+                RouteCondition::Necessary
+            }
             RouteCondition::Root | RouteCondition::Necessary => {
                 self.run.activity = Activity::Over(Progress::Exhausted);
                 return;
