@@ -6,6 +6,7 @@
 
 pub mod planning_task;
 
+mod described_publisher;
 mod request_queue;
 mod serve;
 mod totals;
@@ -36,7 +37,6 @@ use crate::system::{memory, signals, terminal};
 
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::totals::Totals;
-use crate::system::instance::enter_instance;
 
 /// Runs the command.
 ///
@@ -88,14 +88,6 @@ fn lock_memory() {
     }
 }
 
-/// The planner's end of an instance, with the description of its walks.
-fn open_publisher(instance: &str, inputs: &Inputs) -> Result<PlanPublisher, CommandError> {
-    let session = random_id();
-    let mut publisher = PlanPublisher::open(&enter_instance(instance)?, session)?;
-    publisher.describe(&inputs.description(session))?;
-    Ok(publisher)
-}
-
 /// One run of the command.
 struct Run<'a> {
     arguments: &'a PlanArguments,
@@ -112,7 +104,7 @@ impl Run<'_> {
     /// Plans and delivers; returns the last search.
     fn plan_and_deliver(&mut self) -> Result<Option<Ended>, CommandError> {
         let mut publisher = match &self.arguments.instance {
-            Some(name) => Some(open_publisher(name, &self.inputs)?),
+            Some(name) => Some(described_publisher::open(name, random_id(), &self.inputs)?),
             None => None,
         };
         let mut task = PlanningTask::first(&self.inputs);

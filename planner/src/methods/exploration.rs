@@ -20,6 +20,8 @@ use crate::preparation::necessary;
 const LINE_STEP: f64 = 0.1;
 /// Longest line, seen from above, relative to the radius of the discs.
 const LINE_SHARE: f64 = 0.75;
+/// Highest root in E above that of the standing robot, relative to its height over the ground.
+pub(crate) const ROOT_HEIGHT_SHARE: f64 = 1.1;
 /// Most samples.
 pub(crate) const POINTS_MAX: usize = 1_024;
 /// The index of the start and of the goal.

@@ -13,9 +13,9 @@ use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle, yaw_of};
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::Foothold;
-use crate::methods::exploration::Exploration;
+use crate::methods::exploration::{Exploration, ROOT_HEIGHT_SHARE};
 use crate::methods::guide_line::GuideLine;
-use crate::methods::lattice::{step_max, transition};
+use crate::methods::lattice::transition;
 use crate::methods::lattice_steps::StepTest;
 use crate::methods::multi_modal_prm::MultiModalPrm;
 use crate::methods::placements::foothold_near;
@@ -30,8 +30,6 @@ const STRIDES: [f64; 6] = [0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
 const TURN_MAX: f64 = 0.3;
 /// Longest line between two samples that is tested, relative to the longest level step.
 const LINE_SHARE: f64 = 3.0;
-/// Highest root above that of the standing robot, relative to its height over the ground.
-const ROOT_HEIGHT_SHARE: f64 = 1.1;
 /// Most steps of a sequence.
 const STEPS_MAX: usize = 512;
 
@@ -148,7 +146,7 @@ impl Reachability {
 
     /// Joins the samples; then takes the route and begins to walk along it.
     fn join(&mut self, bench: &mut Workbench<'_>) -> Result<(), ArenaFull> {
-        if self.exploration.join_next(bench, LINE_SHARE * step_max(bench)) {
+        if self.exploration.join_next(bench, LINE_SHARE * bench.step_max()) {
             return Ok(());
         }
         self.task = Task::Begin;
@@ -182,7 +180,7 @@ impl Reachability {
         };
         self.task = Task::Step { stride: stride + 1 };
         let standing = &bench.roadmap.graph.footholds()[stance as usize];
-        let (ideal, length) = self.ideal(bench, standing, reached + share * step_max(bench));
+        let (ideal, length) = self.ideal(bench, standing, reached + share * bench.step_max());
         let adaptation = StepTest::AdaptedPostures.adaptation();
         let Some(landed) = foothold_near(bench, self.walk.limb, ideal, adaptation) else {
             return Ok(());

@@ -166,9 +166,7 @@ impl Playback {
             current.chunks.push_back(chunk);
         }
     }
-}
 
-impl Playback {
     fn pop_upcoming(&mut self) -> Option<Box<PlanChunk>> {
         self.announced = self.announced.saturating_sub(1);
         self.upcoming.pop_front()

@@ -9,7 +9,7 @@ use surefoot_shared_types::instance::ros_topics::{
     JointStateByte, JointTrajectoryByte, RootTrajectoryByte, RosPublisher, TfByte,
 };
 use surefoot_shared_types::message::description::Name;
-use surefoot_shared_types::message::{Description, Interpolation, PlanChunk, SetPoint, Waypoint};
+use surefoot_shared_types::message::{Description, PlanChunk, SetPoint, Waypoint};
 
 use crate::export::ros::messages::{
     Duration, Header, JointState, JointTrajectory, JointTrajectoryPoint, MultiDofJointTrajectory,
@@ -130,7 +130,7 @@ impl RosTopics {
 impl Names {
     fn joint_trajectory(&self, chunk: &PlanChunk, begin: i64) -> JointTrajectory {
         let joints = self.joints.len();
-        let is_smooth = is_smooth(chunk);
+        let is_smooth = chunk.is_smooth();
         let of_joints =
             |numbers: &[f64]| if is_smooth { numbers[..joints].to_vec() } else { vec![] };
         let point = |waypoint: &Waypoint| JointTrajectoryPoint {
@@ -148,7 +148,7 @@ impl Names {
     }
 
     fn root_trajectory(&self, chunk: &PlanChunk, begin: i64) -> MultiDofJointTrajectory {
-        let is_smooth = is_smooth(chunk);
+        let is_smooth = chunk.is_smooth();
         let of_root = |rates: [f64; 6]| if is_smooth { vec![Twist::of(rates)] } else { vec![] };
         let point = |waypoint: &Waypoint| MultiDofJointTrajectoryPoint {
             transforms: vec![(&waypoint.world_from_root()).into()],
@@ -162,10 +162,6 @@ impl Names {
             points: chunk.waypoints().iter().map(point).collect(),
         }
     }
-}
-
-fn is_smooth(chunk: &PlanChunk) -> bool {
-    Interpolation::from_wire(chunk.interpolation) == Some(Interpolation::Quintic)
 }
 
 fn since_begin(chunk: &PlanChunk, waypoint: &Waypoint) -> Duration {
