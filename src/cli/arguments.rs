@@ -17,6 +17,10 @@ use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
+/// Smallest and largest rate of sampling.
+const SAMPLE_RATE_MIN: f64 = 0.01;
+/// See [`SAMPLE_RATE_MIN`].
+const SAMPLE_RATE_MAX: f64 = 10_000.0;
 /// Default of the number of replans: the most differences that a controller can report.
 const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
 /// Default of the number of restarts.
@@ -51,6 +55,8 @@ pub enum Command {
     Request(RequestArguments),
     /// Print the messages of a planner and its controller
     Monitor(MonitorArguments),
+    /// Play an instance's walk in real time: set-points for a joint controller, and ROS 2 messages
+    Sample(SampleArguments),
     /// Prepare a robot once, so that no walk has to wait for it
     Prepare(PrepareArguments),
     /// Describe a robot of your own, or show one
@@ -359,6 +365,30 @@ pub struct MonitorArguments {
     pub seconds: Option<f64>,
 }
 
+/// `surefoot sample`.
+#[derive(Debug, Args)]
+pub struct SampleArguments {
+    /// The instance whose plan is played
+    #[arg(long, value_name = "NAME")]
+    pub instance: String,
+    /// Wait this many seconds for the instance to appear
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 10.0)]
+    pub wait: f64,
+    /// Set-points each second of the plan
+    #[arg(long, value_name = "N", value_parser = sample_rate, default_value_t = 1000.0)]
+    pub hz: f64,
+    /// Seconds of the plan each second of real time
+    #[arg(long, value_name = "R", value_parser = sample_rate, default_value_t = 1.0)]
+    pub rate: f64,
+    /// Also publish /joint_states, /tf, /joint_trajectory and /root_trajectory for iceoryx2's ROS 2
+    /// gateway (docs/ATTACH.md)
+    #[arg(long)]
+    pub ros: bool,
+    /// Stop after this many seconds
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub seconds: Option<f64>,
+}
+
 /// `surefoot prepare`.
 #[derive(Debug, Args)]
 pub struct PrepareArguments {
@@ -498,5 +528,13 @@ impl Arguments {
             Command::Control(arguments) => arguments.role.report_lines,
             _ => false,
         }
+    }
+}
+
+/// A rate of sampling.
+fn sample_rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(rate) if (SAMPLE_RATE_MIN..=SAMPLE_RATE_MAX).contains(&rate) => Ok(rate),
+        _ => Err(format!("a number between {SAMPLE_RATE_MIN} and {SAMPLE_RATE_MAX} is needed")),
     }
 }

@@ -15,7 +15,7 @@ use surefoot_controller_sim::{
 };
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::instance::sender::random_id;
-use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
+use surefoot_shared_types::plan_file::write::{executed_plan, save};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
@@ -52,13 +52,19 @@ pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError>
     }
 }
 
+/// The file of the motion as executed, with the scenario and the world that the planner knows.
+struct Record<'a> {
+    path: &'a Path,
+    scenario: Scenario,
+    world: World,
+}
+
 /// A controller that is connected to an instance.
 struct Controller<'a> {
-    arguments: &'a ControlArguments,
     subscriber: PlanSubscriber,
     handler: ChunkHandler,
-    /// The scenario and the world that the planner knows, for the motion as executed.
-    task: (Scenario, World),
+    /// Where the motion as executed is written, if it is.
+    record: Option<Record<'a>>,
     reporter: Reporter,
     /// Longest time that the controller stays after a complete plan; no limit if `None`.
     linger_max: Option<Duration>,
@@ -71,18 +77,22 @@ impl<'a> Controller<'a> {
         if let Some(executed) = &arguments.simulation.executed {
             output_files::check_path(executed)?;
         }
-        let Inputs { scenario, model, world, .. } = inputs;
         let id = random_id();
+        let description = inputs.description(id);
+        let Inputs { scenario, model, world, .. } = inputs;
         let identity = Identity {
             controller_id: id,
             robot: model.digest,
             world: world.digest,
             config: scenario.digest,
         };
-        let task = (scenario.clone(), world.clone());
+        let executed = arguments.simulation.executed.as_deref();
+        let record =
+            executed.map(|path| Record { path, scenario: scenario.clone(), world: world.clone() });
         let (ground_truth, world) = actual_world(arguments, &model, world)?;
         let checker = Checker::new(model, world, scenario.checker)?;
         let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
+        subscriber.describe(&description)?;
         let executor = match subscriber.taken_over() {
             Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
             None if arguments.serve => ChunkExecutor::new(checker, identity),
@@ -92,7 +102,7 @@ impl<'a> Controller<'a> {
         let walk = WalkOptions {
             rate: simulation.rate,
             late: simulation.late,
-            is_recorded: simulation.executed.is_some(),
+            is_recorded: record.is_some(),
         };
         let robot = PacedWalk::new(&subscriber, id, &walk)?;
         let disturbance = simulation.disturb.map(Disturbance::new);
@@ -107,7 +117,7 @@ impl<'a> Controller<'a> {
         let stays = arguments.role.report_lines || arguments.serve;
         let reporter = Reporter::new(arguments.role.report_lines, false);
         let linger_max = (!stays).then_some(LINGER_TIME_MAX);
-        Ok(Self { arguments, subscriber, handler, task, reporter, linger_max })
+        Ok(Self { subscriber, handler, record, reporter, linger_max })
     }
 
     /// Receives, checks and executes plans until the time to linger is over or a signal comes.
@@ -172,8 +182,8 @@ impl<'a> Controller<'a> {
     /// Reports the summary of a plan, and writes the motion as executed so far.
     fn report(&mut self, refusal: Option<Refusal>) -> Result<(), CommandError> {
         self.handler.error()?;
-        if let Some(path) = &self.arguments.simulation.executed {
-            self.write_executed(path)?;
+        if let Some(record) = &self.record {
+            self.write_executed(record)?;
         }
         let (feedback, stats) = (self.subscriber.feedback(), self.subscriber.stats());
         let checked = self.handler.summary(stats.duplicates, &feedback, refusal);
@@ -182,15 +192,11 @@ impl<'a> Controller<'a> {
         Ok(())
     }
 
-    fn write_executed(&self, path: &Path) -> Result<(), CommandError> {
-        let (scenario, world) = &self.task;
-        let model = self.handler.model();
-        let executed = self.handler.executed();
+    fn write_executed(&self, record: &Record<'_>) -> Result<(), CommandError> {
+        let Record { path, scenario, world } = record;
+        let (model, executed) = (self.handler.model(), self.handler.executed());
         let folder = output_files::plan_folder(path);
-        let mut plan = plan_from_chunks(model, world, scenario, &executed, &folder);
-        // The chunks of a plan name stops; this motion has taken its own.
-        plan.chunks.clear();
-        Ok(save(&plan, path)?)
+        Ok(save(&executed_plan(model, world, scenario, &executed, &folder), path)?)
     }
 }
 

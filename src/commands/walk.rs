@@ -72,9 +72,9 @@ fn walk(
     };
     // The node and the services exist before the roles start, and outlive a killed role.
     let participant = Participant::open(&instance)?;
-    let _state = {
+    let _services = {
         let _making = participant.making()?;
-        participant.open_state()?
+        (participant.open_state()?, participant.open_description()?)
     };
     let commands = RoleCommands { inputs, instance: instance.name(), arguments, files };
     let command_of = |role| commands.command_of(role);

@@ -20,7 +20,9 @@ use surefoot_shared_types::instance::tuning::{
     FEEDBACK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
 use surefoot_shared_types::instance::wake_pipe::{WakePipe, keep_polling};
-use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, WorldCorrection};
+use surefoot_shared_types::message::{
+    Check, Description, Feedback, Margins, PlanChunk, WorldCorrection,
+};
 
 pub use surefoot_shared_types::instance::error::ChannelError;
 
@@ -146,6 +148,14 @@ impl PlanSubscriber {
     /// The transport fails.
     pub fn open_state(&self) -> Result<StatePublisher, ChannelError> {
         StatePublisher::open(&self.participant)
+    }
+
+    /// Publishes what readers have to know of this controller's walks.
+    ///
+    /// # Errors
+    /// Shared memory is full, or the transport fails.
+    pub fn describe(&mut self, description: &Description) -> Result<(), ChannelError> {
+        self.participant.describe(description)
     }
 
     /// What the robot does, as the next feedback states it: to be kept up to date by the one who
@@ -322,6 +332,7 @@ impl PlanSubscriber {
         }
         self.feedback_publisher.loan_pool.refill(LOANS_AHEAD)?;
         self.has_slept = true;
+        self.participant.refresh_description();
         self.participant.chunk_wake_pipe.wait(HEARTBEAT_INTERVAL);
         Ok(())
     }

@@ -214,7 +214,7 @@ impl ChunkExecutor {
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
         let (mode, contacts, waypoints) = (mode_of(chunk), chunk.contacts(), chunk.waypoints());
-        if !Stop::is_smooth(chunk) {
+        if !chunk.is_smooth() {
             let course = Course::Straight;
             let segment = MotionSegment { mode, contacts, waypoints, course };
             return self.checker.check_segment(&segment, heartbeat);

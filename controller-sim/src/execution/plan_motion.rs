@@ -3,7 +3,6 @@
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{PlanChunk, Waypoint};
 
-use crate::check::course::Stop;
 use crate::kinematics::forward::Configuration;
 use crate::kinematics::trajectory;
 
@@ -18,7 +17,7 @@ pub(crate) fn planned_in(chunk: &PlanChunk, time: f64) -> Waypoint {
     let torque: [f64; JOINTS_MAX] = std::array::from_fn(|joint| {
         from.torque[joint] + share * (to.torque[joint] - from.torque[joint])
     });
-    if Stop::is_smooth(chunk) && seconds > 0.0 {
+    if chunk.is_smooth() && seconds > 0.0 {
         let instant = trajectory::between(from, to, time.clamp(from.time, to.time));
         return Waypoint { torque, ..instant };
     }

@@ -7,7 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::polygon::{convex_hull, edges, inward_normal};
+use crate::geometry::polygon::{convex_hull, edges, outward_sides};
 
 /// Directions of tilt that are examined, in addition to those across the sides of the support and
 /// of the points that hold in these directions.
@@ -59,7 +59,7 @@ pub(crate) fn clip_to_held(
         DVec2::new(cos, sin)
     });
     let directions: heapless::Vec<DVec2, DIRECTIONS_MAX> =
-        around.chain(across_sides(hull)).take(DIRECTIONS_MAX).collect();
+        around.chain(outward_sides(hull).map(|(normal, _)| normal)).take(DIRECTIONS_MAX).collect();
     let mut held: heapless::Vec<DVec2, DIRECTIONS_MAX> = heapless::Vec::new();
     for &direction in &directions {
         let (reach, at) = reach(ground, direction, height);
@@ -68,7 +68,7 @@ pub(crate) fn clip_to_held(
     }
     convex_hull(&mut held, spare);
     let between: heapless::Vec<DVec2, DIRECTIONS_MAX> =
-        across_sides(spare).take(DIRECTIONS_MAX).collect();
+        outward_sides(spare).map(|(normal, _)| normal).take(DIRECTIONS_MAX).collect();
     for direction in between {
         clip_beyond(hull, spare, direction, reach(ground, direction, height).0);
     }
@@ -91,11 +91,6 @@ fn join(ground: &mut [GroundPoint]) -> usize {
         }
     }
     count
-}
-
-/// The outward normals of a polygon's sides.
-fn across_sides(polygon: &[DVec2]) -> impl Iterator<Item = DVec2> + '_ {
-    edges(polygon).map(|(a, b)| -inward_normal(a, b)).filter(|normal| normal.is_finite())
 }
 
 /// How far along a direction the foot holds a centre of mass, m, and such a place; minus infinity
@@ -123,7 +118,7 @@ fn reach(ground: &[GroundPoint], direction: DVec2, height: f64) -> (f64, DVec2) 
 
 /// The highest point; of several the furthest, and one that carries before others.
 fn highest(ground: &[GroundPoint], along: impl Fn(&GroundPoint) -> f64) -> Option<&GroundPoint> {
-    let top = ground.iter().map(|point| point.height()).fold(f64::NEG_INFINITY, f64::max);
+    let top = ground.iter().map(GroundPoint::height).fold(f64::NEG_INFINITY, f64::max);
     let level = ground.iter().filter(|point| point.height() >= top - LEVEL_MAX);
     level.max_by(|a, b| along(a).total_cmp(&along(b)).then(a.is_carrying.cmp(&b.is_carrying)))
 }

@@ -91,11 +91,13 @@ mod tests {
     use super::*;
     use crate::message::chunk::{Contact, PlanChunk, Waypoint};
     use crate::message::correction::WorldCorrection;
+    use crate::message::description::Description;
     use crate::message::feedback::{Feedback, Margins};
     use crate::message::journal_record::JournalRecord;
     use crate::message::request::{PlanRequest, PlanStatus, StancePoseData};
     use crate::message::request_record::RequestRecord;
     use crate::message::rest_state::RestState;
+    use crate::message::set_point::SetPoint;
 
     fn assert_no_gaps<M: Layout>() {
         let mut end = 0;
@@ -121,6 +123,8 @@ mod tests {
         assert_no_gaps::<RequestRecord>();
         assert_no_gaps::<PlanStatus>();
         assert_no_gaps::<JournalRecord>();
+        assert_no_gaps::<Description>();
+        assert_no_gaps::<SetPoint>();
     }
 
     #[test]

@@ -7,7 +7,7 @@ use surefoot_controller_sim::{Checker, LateChunks, walk_late};
 use surefoot_planner::Planner;
 use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::message::PlanChunk;
-use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
+use surefoot_shared_types::plan_file::write::{executed_plan, save};
 
 use crate::cli::bench_arguments::LateArguments;
 use crate::commands::bench::print_report::print_report;
@@ -65,8 +65,7 @@ pub fn run(arguments: &LateArguments) -> Result<CommandOutcome, CommandError> {
         let late = LateChunks { seed, share: arguments.share };
         let executed = report.add(&late, &mut checker, &chunks);
         if let Some(folder) = arguments.out.as_ref().filter(|_| !executed.is_empty()) {
-            let mut plan = plan_from_chunks(model, world, scenario, &executed, folder);
-            plan.chunks.clear();
+            let plan = executed_plan(model, world, scenario, &executed, folder);
             save(&plan, &folder.join(format!("{}_late_{seed}.json", scenario.name)))?;
         }
     }
