@@ -153,6 +153,12 @@ impl ChunkExecutor {
         }
     }
 
+    /// The same robot, whose plan goes on after these chunks, the last ones that it has accepted.
+    pub fn going_on_after(mut self, chunks: &[PlanChunk]) -> Self {
+        chunks.iter().for_each(|chunk| self.recent.add(mode_of(chunk), chunk));
+        self
+    }
+
     /// From now on expects chunks made for the world with `correction` applied. To be called with
     /// every correction that is reported to the planner.
     pub fn correct(&mut self, correction: &WorldCorrection) {
