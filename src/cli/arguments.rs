@@ -346,7 +346,8 @@ fn whole_number(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "a whole number is needed, 0 or more".to_owned())
 }
 
-fn motion(name: &str) -> Result<MotionKind, String> {
+/// A kind of motion.
+pub(crate) fn motion(name: &str) -> Result<MotionKind, String> {
     MotionKind::from_name(name)
         .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
 }

@@ -32,7 +32,8 @@ pub struct SimulationArguments {
     pub executed: Option<PathBuf>,
 }
 
-fn rate(text: &str) -> Result<f64, String> {
+/// The rate of simulated time.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
         _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),
