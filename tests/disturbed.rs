@@ -46,8 +46,8 @@ struct WalkStats {
 /// much.
 const LANDING_LEAP: f64 = 0.23;
 
-/// How much a joint's speed may leap between two chunks, rad/s: a planned stance sole may move by up
-/// to 0.02 m/s, an actual one stands.
+/// How much a joint's speed may leap between two chunks, rad/s: a planned stance sole may move by
+/// up to 0.02 m/s, an actual one stands.
 const SPEED_LEAP: f64 = 0.02;
 
 /// The joints between the root and a foot.

@@ -8,9 +8,8 @@ use surefoot_controller_sim::LATE_SHARE;
 use surefoot_planner::methods::method::Method;
 use surefoot_shared_types::config::MotionKind;
 
-use crate::cli::arguments::motion;
 use crate::cli::method_arguments::{MethodArguments, method};
-use crate::cli::simulation_arguments::{late_share, rate};
+use crate::cli::simulation_arguments::{late_share, motion, rate};
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// `surefoot bench`.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use surefoot_controller_sim::{LATE_SHARE, LateChunks};
+use surefoot_shared_types::config::MotionKind;
 
 /// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;
@@ -30,6 +31,12 @@ pub struct SimulationArguments {
     /// Write the motion as the robot walked it, its stops included, as a plan
     #[arg(long, value_name = "WALKED.json")]
     pub executed: Option<PathBuf>,
+}
+
+/// A kind of motion.
+pub(crate) fn motion(name: &str) -> Result<MotionKind, String> {
+    MotionKind::from_name(name)
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
 }
 
 /// The rate of simulated time.

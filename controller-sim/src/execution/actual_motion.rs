@@ -116,8 +116,8 @@ impl MisplacedFoot {
     }
 }
 
-/// The share of its displacement that a lifted foot still has at a time (s) of a chunk: from 1 to 0,
-/// with zero velocity at both ends; in smooth motion also with zero acceleration.
+/// The share of its displacement that a lifted foot still has at a time (s) of a chunk: from 1 to
+/// 0, with zero velocity at both ends; in smooth motion also with zero acceleration.
 fn remaining(chunk: &PlanChunk, time: f64) -> f64 {
     let (begin, end) = (chunk.waypoints[0].time, end_time(chunk));
     let share = if end > begin { ((time - begin) / (end - begin)).clamp(0.0, 1.0) } else { 0.0 };

@@ -50,9 +50,9 @@ impl RecentChunks {
         self.0.retain(|recent| brakes <= recent.end() || recent.stop.concerns(end, end));
     }
 
-    /// The physical checks of a smooth chunk of a known mode that follows these chunks, of its stop,
-    /// and of their stops as far as the robot moves within the chunk meanwhile. `heartbeat` is
-    /// called now and then meanwhile.
+    /// The physical checks of a smooth chunk of a known mode that follows these chunks, of its
+    /// stop, and of their stops as far as the robot moves within the chunk meanwhile. `heartbeat`
+    /// is called now and then meanwhile.
     ///
     /// # Errors
     /// The first violation.
