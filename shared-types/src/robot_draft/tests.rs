@@ -9,6 +9,7 @@ use glam::DVec3;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::geometry::convex_hull::polygon_area;
+use crate::geometry::shape::Shape;
 use crate::robot::load::robot_from_text;
 use crate::robot::model::RobotModel;
 use crate::robot_draft::text::robot_file;
@@ -184,6 +185,25 @@ fn a_foot_without_collision_shape_stands_on_its_looks() {
     assert!(model.feet.iter().all(|foot| !model.links[foot.link].shapes.is_empty()));
 }
 
+#[test]
+fn an_ankle_with_the_collision_shape_of_its_foot_is_taken_by_its_looks() {
+    let sphere = "<sphere radius=\"0.045\"/>";
+    let foot = "<origin xyz=\"0.02 0 -0.1\"/>\n      <geometry><box size=\"0.22 0.14 0.04\"/>";
+    let urdf = changed(&hubo(), "<link name=\"right_foot\"", "</link>", |link| {
+        link.replace("collision>", "visual>")
+    });
+    let urdf = changed(&urdf, "<link name=\"right_ankle\"", "</link>", |link| {
+        let look = format!("<visual><geometry>{sphere}</geometry></visual></link>");
+        let shape = format!("<origin xyz=\"0 0 0\"/>\n      <geometry>{sphere}");
+        replaced(&replaced(link, &shape, foot), "</link>", &look)
+    });
+    let (draft, model) = drafted(&urdf);
+    let names: Vec<&str> = draft.visual_shapes.iter().map(|link| link.name.as_str()).collect();
+    assert_eq!(names, ["right_foot", "right_ankle"]);
+    let ankle = model.links.iter().find(|link| link.name == "right_ankle").unwrap();
+    assert!(matches!(ankle.shapes[0].shape, Shape::Sphere { .. }));
+}
+
 /// A heel behind the left foot, and one behind the right foot.
 fn heels() -> String {
     let heel = |side: &str| {
@@ -270,6 +290,16 @@ fn fingers_and_heads_are_locked_and_mimics_go_with_them() {
     let nape = draft.locked.iter().find(|joint| joint.name == "nape").unwrap();
     assert_eq!(nape.value, 0.1);
     assert!(model.locked_joints.iter().any(|locked| locked.joint.name == "left_tip_joint"));
+}
+
+#[test]
+fn a_joint_of_the_trunk_without_a_range_is_locked() {
+    let urdf = changed(&hubo(), "<joint name=\"waist_yaw\"", "</joint>", |joint| {
+        replaced(joint, "lower=\"-2\" upper=\"2\" ", "")
+    });
+    let (draft, _) = drafted(&urdf);
+    assert_eq!(draft.locked[0].name, "waist_yaw");
+    assert_eq!(draft.locked[0].source, "its <limit> states no range");
 }
 
 #[test]
