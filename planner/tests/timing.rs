@@ -30,6 +30,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 const FRICTION: f64 = 0.6;
 const SHARE: f64 = 0.8;
+const COM_MARGIN: f64 = 5e-3;
 
 #[test]
 fn torques_of_gravity_agree_with_pinocchio() {
@@ -125,7 +126,7 @@ fn the_power_of_a_motion_is_the_change_of_its_energy() {
 }
 
 fn timing_of(model: &RobotModel, walk: &SmoothWalk) -> PathTiming {
-    let limits = TimingLimits::new(model, SHARE, FRICTION);
+    let limits = TimingLimits::new(model, SHARE, FRICTION, COM_MARGIN);
     PathTiming::new(TimedRobot::new(model, limits), walk.points.len() + walk.spans.len())
 }
 
@@ -328,6 +329,7 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     let walk = smooth_walk(&model, 4, 0.12);
     let mut timing = timing_of(&model, &walk);
     let spans = timed(&mut timing, &walk);
+    let path = Path { points: &walk.points, spans: &walk.spans };
     let all: Vec<Waypoint> = spans.concat();
     let (mut brake_after, mut longest, mut latest) = (0.0, 0.0_f64, f64::INFINITY);
     for (index, waypoints) in spans.iter().enumerate() {
@@ -336,7 +338,7 @@ fn every_chunk_holds_a_stop_within_the_limits() {
             let [first, last] = times.chunk(chunk);
             let (begin, end) = (waypoints[first].time, waypoints[last].time);
             assert!(last - first < 32 && times.chunk_times(chunk) == [begin, end]);
-            let stop = timing.stop(index, chunk).unwrap();
+            let stop = timing.stop(path, index, chunk).unwrap();
             println!("{index} {begin:.3}..{end:.3} {stop:?}");
             let rest = stop.brake_at + 0.5 * stop.brake_duration;
             assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);

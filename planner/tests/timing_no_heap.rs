@@ -20,7 +20,7 @@ fn timing_allocates_no_memory() {
     let model = common::hubo();
     let walk = smooth_walk(&model, 2, 0.12);
     let path = Path { points: &walk.points, spans: &walk.spans };
-    let robot = TimedRobot::new(&model, TimingLimits::new(&model, 0.8, 0.6));
+    let robot = TimedRobot::new(&model, TimingLimits::new(&model, 0.8, 0.6, 5e-3));
     let mut timing = PathTiming::new(robot, walk.points.len() + walk.spans.len());
     let before = allocations::count();
     let mut brake_after = 0.0;
@@ -37,7 +37,7 @@ fn timing_allocates_no_memory() {
                 std::hint::black_box(timing.waypoint(path, span, &times, index));
             }
             for chunk in 0..times.chunks() {
-                brake_after = timing.stop(span, chunk).unwrap().brake_at;
+                brake_after = timing.stop(path, span, chunk).unwrap().brake_at;
             }
         }
     }

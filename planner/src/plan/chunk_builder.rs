@@ -10,8 +10,9 @@ use crate::base::arena::zeroed;
 use crate::base::capacity::ArenaFull;
 use crate::base::threads::Threads;
 use crate::constraints::foothold::Foothold;
-use crate::plan::time_parameterization::{Ground, TimeParameterization, accumulate};
+use crate::plan::time_parameterization::{TimeParameterization, accumulate};
 use crate::robot::configuration::Configuration;
+use crate::timing::ground::Ground;
 use crate::timing::path_point::PathSpan;
 use crate::timing::stops::Stop;
 

@@ -19,11 +19,10 @@
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
-use surefoot_shared_types::message::{Contact, Waypoint};
+use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::geometry::convex_region::ConvexRegion;
 use crate::kinematics::forward::Kinematics;
 use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
@@ -31,6 +30,7 @@ use crate::plan::tuning::{
     LIMIT_SHARE, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
 };
 use crate::robot::mechanism::LINKS_MAX;
+use crate::timing::ground::Ground;
 
 /// Most intervals of a chunk.
 pub const INTERVALS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
@@ -61,33 +61,6 @@ impl BalanceReserve {
     /// support region.
     fn of(&self, margin: f64) -> f64 {
         (margin - self.checked_margin).clamp(BALANCE_RESERVE_MIN, self.most)
-    }
-}
-
-/// Where the feet of a motion stand.
-#[derive(Debug, Clone)]
-pub struct Ground {
-    /// Mean height of the soles, m.
-    height: f64,
-    /// Region of the centre of mass in world x and y.
-    region: ConvexRegion,
-}
-
-impl Ground {
-    /// The ground under these contacts.
-    pub fn under(contacts: &[Contact]) -> Self {
-        let heights = contacts.iter().map(|contact| contact.position[2]);
-        let vertices = contacts.iter().flat_map(|contact| {
-            let world_from_sole = contact.world_from_sole();
-            let polygon = &contact.polygon[..contact.polygon_len as usize];
-            let seen_from_above =
-                move |vertex: &[f64; 2]| world_from_sole * DVec2::from(*vertex).extend(0.0);
-            polygon.iter().map(seen_from_above).map(DVec3::truncate)
-        });
-        Self {
-            height: heights.sum::<f64>() / contacts.len().max(1) as f64,
-            region: ConvexRegion::hull(vertices),
-        }
     }
 }
 
@@ -263,6 +236,7 @@ mod tests {
     use surefoot_shared_types::robot::load::load_robot;
 
     use super::*;
+    use crate::geometry::convex_region::ConvexRegion;
 
     const LIMIT: f64 = 5.0;
 

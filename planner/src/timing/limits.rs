@@ -20,11 +20,15 @@ pub struct TimingLimits {
     pub full_efforts: [f64; JOINTS_MAX],
     /// Coefficient of friction.
     pub friction: f64,
+    /// Least distance (m) of the zero-moment point to the edge of the support, as the controller
+    /// demands it.
+    pub zero_moment_margin: f64,
 }
 
 impl TimingLimits {
-    /// The limits of a robot of which `share` (0 to 1) may be used, on a world's friction.
-    pub fn new(model: &RobotModel, share: f64, friction: f64) -> Self {
+    /// The limits of a robot of which `share` (0 to 1) may be used, on a world's friction, with the
+    /// controller's margin of the zero-moment point (m).
+    pub fn new(model: &RobotModel, share: f64, friction: f64, zero_moment_margin: f64) -> Self {
         let limits = |limit: fn(&Joint) -> f64, share: f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             let stated = model.joints.iter().map(|joint| share * limit(joint));
@@ -44,6 +48,7 @@ impl TimingLimits {
             efforts: limits(|joint| joint.effort, share),
             full_efforts: limits(|joint| joint.effort, 1.0),
             friction,
+            zero_moment_margin,
         }
     }
 }
@@ -65,6 +70,16 @@ pub enum Level {
 impl Level {
     /// The levels at which contact forces are known, the strictest first.
     pub const ALL: [Self; 3] = [Self::Full, Self::NarrowSole, Self::Bare];
+
+    /// The next level, which leaves more.
+    pub fn next(self) -> Option<Self> {
+        match self {
+            Self::Full => Some(Self::NarrowSole),
+            Self::NarrowSole => Some(Self::Bare),
+            Self::Bare => Some(Self::Unsupported),
+            Self::Unsupported => None,
+        }
+    }
 
     /// Least distance (m) of the centre of pressure from the edge of a sole of this width (m).
     pub fn cop_margin(self, width: f64) -> f64 {

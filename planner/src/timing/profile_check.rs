@@ -69,8 +69,7 @@ impl ProfileCheck<'_> {
         is_within
     }
 
-    /// Checks every waypoint, and every other middle between two. Between two samples the rounded
-    /// motion changes little.
+    /// Checks every waypoint and the middle between two.
     fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
         let mut is_within = true;
         for index in 0..=times.intervals {
@@ -78,8 +77,7 @@ impl ProfileCheck<'_> {
             if here.time >= from {
                 is_within &= self.sample_is_within(span, &here);
             }
-            let has_middle = index % 2 == 0 && index < times.intervals;
-            if has_middle && here.time + 0.5 * INTERVAL_MAX >= from {
+            if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
                 let next = self.timed.state(self.path, span, times, index + 1);
                 let middle = 0.5 * (here.time + next.time);
                 let sample = Interpolation::Quintic.between(&here, &next, middle);
@@ -89,16 +87,28 @@ impl ProfileCheck<'_> {
         is_within
     }
 
+    /// Compares a sample with the first level, from those of the nodes around it on, within which
+    /// the robot can stand there.
     fn sample_is_within(&mut self, span: usize, sample: &Waypoint) -> bool {
         let Self { robot, contact_rates, path, timed, slow_downs } = self;
         let rates = timed.law.at(sample.time);
         let (node, _) = timed.node_before(span, rates.position);
-        let level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
-        let load = robot.load(contact_rates, &path.spans[span], level, sample);
-        let is_within = load <= 1.0 + SHARE_TOLERANCE;
-        if !is_within {
-            slow_downs.ask_near(timed, rates.position, rates.speed, SLOWER / load);
+        let mut level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
+        loop {
+            let mut load = |at: &Waypoint| robot.load(contact_rates, &path.spans[span], level, at);
+            let moving = load(sample);
+            if moving <= 1.0 + SHARE_TOLERANCE {
+                return true;
+            }
+            let standing = load(&sample.rested());
+            let next = level.next().filter(|_| standing >= 1.0);
+            if let Some(next) = next {
+                level = next;
+                continue;
+            }
+            let slower = SLOWER * (1.0 - standing).max(0.0) / (moving - standing);
+            slow_downs.ask_near(timed, rates.position, rates.speed, slower);
+            return false;
         }
-        is_within
     }
 }

@@ -88,6 +88,27 @@ impl TimedPath {
     /// The same at a time, at `rate` times the law's speed while that rate changes by `change`
     /// (1/s).
     pub fn share_at(&self, time: f64, rate: f64, change: f64) -> f64 {
+        let (span, slowed) = self.slowed(time, rate, change);
+        self.share_of(span, &slowed)
+    }
+
+    /// The motion at a time, at `rate` times the law's speed while that rate changes by `change`
+    /// (1/s), and the span that it is in.
+    pub fn slowed_state(
+        &self,
+        path: Path<'_>,
+        time: f64,
+        [rate, change]: [f64; 2],
+    ) -> (usize, Waypoint) {
+        let (span, rates) = self.slowed(time, rate, change);
+        let known = &path.spans[span];
+        let points = &path.points[known.first..=known.last];
+        let state = state_at(points, rates.position - self.starts[span].1);
+        (span, timed(&state, &rates, time))
+    }
+
+    /// The span at a time, and the rates along the path there at another speed.
+    fn slowed(&self, time: f64, rate: f64, change: f64) -> (usize, PathRates) {
         let at = self.law.at(time);
         let slowed = PathRates {
             position: at.position,
@@ -96,7 +117,7 @@ impl TimedPath {
         };
         let after =
             self.starts.partition_point(|(node, _)| self.nodes[*node].position <= at.position);
-        self.share_of(after.saturating_sub(1), &slowed)
+        (after.saturating_sub(1), slowed)
     }
 
     /// The node of a span before a position, and how far the position is on the way to the next.

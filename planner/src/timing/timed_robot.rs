@@ -3,11 +3,12 @@
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::limits::JOINTS_MAX;
-use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limits::{Level, TimingLimits};
@@ -15,11 +16,12 @@ use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::Support;
+use crate::timing::support::{SolePolygon, Support};
 use crate::timing::tuning::{
     COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
-    UNSUPPORTED_RATE,
+    UNSUPPORTED_RATE, WHOLE_SUPPORT,
 };
+use crate::timing::zero_moment::ZeroMomentRegion;
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -29,6 +31,8 @@ pub struct TimedRobot {
     chains: Chains,
     /// Node of each foot, and its sole in that node's frame.
     soles: [(usize, Pose); 2],
+    /// Area of each sole, m2.
+    sole_areas: [f64; 2],
     joints_len: usize,
     mass: f64,
 }
@@ -56,6 +60,7 @@ impl TimedRobot {
         Self {
             chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
             soles: feet.map(sole),
+            sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
             limits,
@@ -88,13 +93,30 @@ impl TimedRobot {
             if touches_down {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
+            self.zero_moment_region(span, level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
             let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
             let found = contact_rates.restrict(&problem, &rates);
             if can_start(&found) {
                 return (found, level);
             }
         }
-        (RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE), Level::Unsupported)
+        let mut rates = RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE);
+        let level = Level::Unsupported;
+        self.zero_moment_region(span, level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
+        (rates, level)
+    }
+
+    fn zero_moment_region(&self, span: &PathSpan, level: Level, extra: f64) -> ZeroMomentRegion {
+        let is_whole = span.contacts.iter().all(|contact| self.is_whole(contact));
+        let checked = self.limits.zero_moment_margin;
+        ZeroMomentRegion::new(&span.contacts, is_whole, (level, extra), checked)
+    }
+
+    /// Whether a sole is supported wholly.
+    fn is_whole(&self, contact: &Contact) -> bool {
+        let corners = &contact.polygon[..(contact.polygon_len as usize).min(POLYGON_VERTICES_MAX)];
+        let support: SolePolygon = corners.iter().map(|&corner| DVec2::from(corner)).collect();
+        area_and_centroid(&support).0 >= WHOLE_SUPPORT * self.sole_areas[contact.limb as usize]
     }
 
     fn problem<'a>(
@@ -134,8 +156,7 @@ impl TimedRobot {
     }
 
     /// How far a motion is beyond the limits of a level: the largest ratio of a speed, acceleration
-    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits. 0 where no
-    /// contact forces are known.
+    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits.
     pub(crate) fn load(
         &self,
         contact_rates: &mut ContactRates,
@@ -147,7 +168,12 @@ impl TimedRobot {
         let dynamics = self.at_instant(waypoint);
         let support = Support::new(span, level, COP_MARGIN_BETWEEN, self.limits.friction);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
-        let mut load: f64 = 0.0;
+        let region = self.zero_moment_region(span, level, COP_MARGIN_BETWEEN);
+        let is_upright = region.holds(&dynamics, || self.at_standstill(waypoint));
+        let mut load = if is_upright { 0.0 } else { NO_CONTACT_FORCES };
+        if level == Level::Unsupported {
+            return load;
+        }
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
@@ -155,12 +181,15 @@ impl TimedRobot {
                 load = load.max(torque.constant.abs() / effort);
             }
         }
-        if level == Level::Unsupported {
-            return 0.0;
-        }
         let problem = self.problem(&dynamics, &support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(NO_CONTACT_FORCES) }
+    }
+
+    /// Whether the zero-moment point of a motion keeps the controller's margin.
+    pub(super) fn keeps_zero_moment(&self, span: &PathSpan, waypoint: &Waypoint) -> bool {
+        let region = self.zero_moment_region(span, Level::Bare, 0.0);
+        region.holds(&self.at_instant(waypoint), || self.at_standstill(waypoint))
     }
 
     /// Writes the feed-forward torques of a waypoint, at `progress` (0 to 1) of its span.
@@ -185,6 +214,11 @@ impl TimedRobot {
         for (torque, limit) in waypoint.torque.iter_mut().zip(&self.limits.full_efforts) {
             *torque = torque.clamp(-limit, *limit);
         }
+    }
+
+    /// The dynamics of the configuration of a waypoint at rest.
+    fn at_standstill(&self, waypoint: &Waypoint) -> PathDynamics {
+        self.at_instant(&waypoint.rested())
     }
 
     /// The dynamics of a motion at one instant: all of it is the constant part.
