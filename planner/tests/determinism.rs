@@ -21,11 +21,15 @@ use surefoot_shared_types::config::MotionKind;
 
 const GOLDEN: &str = "tests/data/golden_digests.txt";
 /// Searched in every build.
-const QUICK: [&str; 11] = [
+const QUICK: [&str; 15] = [
+    "bars_thin",
+    "bars_uneven",
+    "bars_wide",
     "beam",
     "checkers",
     "cinder_blocks",
     "flat_walk",
+    "hallway_high",
     "ibeam_gap",
     "ibeam_hallway",
     "monkey_bars",
@@ -35,7 +39,8 @@ const QUICK: [&str; 11] = [
     "stepping_stones",
 ];
 /// Searched where the build is optimised; without, they take minutes.
-const LONG: [&str; 12] = [
+const LONG: [&str; 18] = [
+    "beam_narrow",
     "gauntlet_1",
     "gauntlet_2",
     "jungle_gym_full",
@@ -47,7 +52,12 @@ const LONG: [&str; 12] = [
     "no_way_wall",
     "pass_under",
     "sl1m_complex",
+    "spiral_high",
+    "spiral_small",
     "spiral_steps",
+    "stairs_nosing",
+    "stairs_steep",
+    "stairs_steepest",
 ];
 /// Take minutes in every build.
 const LEFT_OUT: [&str; 2] = ["gauntlet_4", "gauntlet_8"];

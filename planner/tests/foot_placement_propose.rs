@@ -358,3 +358,23 @@ fn invalid_queries_find_nothing() {
         assert!(first(&surfaces, query, 10).is_empty(), "case {i}");
     }
 }
+
+#[test]
+fn on_ground_with_the_noise_of_a_scan_a_sole_is_set_down_nearly_everywhere() {
+    // 0.5 mm of deviation between corners 2 cm apart: peaks with a steep face beside a gentle one.
+    let mut random = Random::new(7, Stream::Preparation, 0, 0);
+    let mut noise = || (0..12).map(|_| random.uniform(-0.5, 0.5)).sum::<f64>() * 5e-4;
+    let heights: Vec<f64> = (0..101 * 101).map(|_| noise()).collect();
+    let index = |at: f64| ((at + 1.0) / 0.02).round() as usize;
+    let ground = surfaces(vec![mesh(2.0, 100, |x, y| heights[101 * index(x) + index(y)])]);
+    let mut scratch = Scratch::new(ground.config());
+    let polygon = sole();
+    let found = (0..50).filter(|&object| {
+        let mut random = Random::new(5, Stream::Preparation, object, 0);
+        let [x, y, yaw] = [0.8, 0.8, 3.0].map(|most| random.uniform(-most, most));
+        let query =
+            PlacementQuery { limits: GEOMETRY_ONLY, ..query(&polygon, turned(x, y, 0.0, yaw)) };
+        propose(&ground, &mut scratch, &query, &mut |_| false).stopped
+    });
+    assert!(found.count() >= 49);
+}

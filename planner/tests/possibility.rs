@@ -17,7 +17,7 @@ use surefoot_planner::pipeline::FootholdSampler;
 use surefoot_planner::possibility;
 use surefoot_planner::possibility::Progress;
 use surefoot_planner::possibility::{
-    CrouchProfile, Label, MidFeetPose, RouteSearch, StageContext, UpperBody,
+    CrouchProfile, Label, MidFeetPose, RouteCondition, RouteSearch, StageContext, UpperBody,
 };
 use surefoot_planner::preparation::Preparation;
 use surefoot_planner::robot::crouch::Crouch;
@@ -112,6 +112,33 @@ fn walled(seed: u64) -> (Compiled, Progress, u64) {
     (compiled, progress, work)
 }
 
+/// A wall across a floor and beyond, with an opening to the left that is lower than every crouch
+/// that stage P tests, and higher than the root.
+fn low_opening() -> Case {
+    let mut case = Case::shipped("flat_walk");
+    case.world.shapes.clear();
+    case.scenario.start.position = DVec3::new(0.7, 0.0, 0.0);
+    case.scenario.goal.position = DVec3::new(3.3, 0.0, 0.0);
+    case.with_box([2.0, 0.0, -0.25], [2.0, 2.0, 0.25])
+        .with_box([2.0, -2.5, 1.0], [0.1, 3.5, 1.0])
+        .with_box([2.0, 3.5, 1.25], [0.1, 2.5, 0.75])
+}
+
+#[test]
+fn where_no_crouch_passes_the_necessary_condition_gives_a_route() {
+    for seed in 1..4 {
+        let mut compiled = Compiled::new(low_opening());
+        assert_eq!(compiled.grow(seed).0, Progress::Exhausted, "seed {seed}");
+        compiled.search.restart();
+        assert_eq!(compiled.grow(seed).0, Progress::Route, "seed {seed}");
+        assert_eq!(compiled.search.condition(), RouteCondition::Necessary);
+        let context = compiled.fixture.context(seed);
+        let poses = compiled.poses();
+        assert!(poses.iter().any(|pose| !context.is_free(pose, RouteCondition::Root)), "{poses:?}");
+        assert!(poses.iter().all(|pose| context.is_possible(pose, 0)), "seed {seed}: {poses:?}");
+    }
+}
+
 #[test]
 fn the_route_over_an_open_floor_is_straight_and_needs_no_sample() {
     let mut compiled = Compiled::new(Case::shipped("flat_walk"));
@@ -132,7 +159,10 @@ fn a_route_leads_around_a_wall_over_free_vertices() {
         assert_eq!(progress, Progress::Route);
         let poses = compiled.poses();
         let context = compiled.fixture.context(seed);
-        assert!(poses.iter().all(|pose| context.is_free(pose, true)), "seed {seed}: {poses:?}");
+        assert!(
+            poses.iter().all(|pose| context.is_free(pose, RouteCondition::Root)),
+            "seed {seed}: {poses:?}"
+        );
         for face in [1.95, 2.05] {
             let crossing = poses
                 .windows(2)
@@ -200,7 +230,7 @@ fn a_robot_sidesteps_through_a_slit_narrower_than_its_shoulders() {
     for seed in 1..13 {
         let (compiled, within) = poses_in_a_slit(seed);
         let context = compiled.fixture.context(seed);
-        let is_free = within.iter().all(|pose| context.is_free(pose, false));
+        let is_free = within.iter().all(|pose| context.is_free(pose, RouteCondition::UpperBody));
         let is_sideways = within.iter().all(|pose| libm::sin(pose.yaw).abs() > 0.7);
         assert!(!within.is_empty() && is_free == is_sideways, "seed {seed}: {within:?}");
         sideways += u32::from(is_sideways);

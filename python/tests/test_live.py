@@ -27,11 +27,16 @@ def test_every_chunk_is_received_or_counted_as_missed() -> None:
     name = f"test-live-{os.getpid()}"
     walking = walk("--instance", name, "--rate", "20")
     with surefoot.subscribe(name, wait=60.0) as live:
+        described = live.description(wait=60.0)
         chunks = list(live)
         missed = live.missed
     assert walking.wait(timeout=120) == 0, walking.stderr
     plan = surefoot.Scenario("stepping_stones").plan()
     assert len(chunks) + missed == len(plan.chunk_times)
+    robot = surefoot.Robot("hubo")
+    assert described.joint_names == tuple(robot.joint_names)
+    assert described.robot_name == "hubo" and "quaternion x y z w" in described.conventions
+    assert described.joint_limits.shape == (len(robot.joint_names), 2)
     assert chunks and chunks[-1].is_last and chunks[0].plan_id == 1
     for chunk in chunks:
         begin, end = plan.chunk_times[chunk.sequence]

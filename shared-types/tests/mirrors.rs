@@ -17,19 +17,21 @@ use std::process::Command;
 use iceoryx2::prelude::ZeroCopySend;
 use sources::{Constant, Sources};
 use surefoot_shared_types::base::limits::{
-    CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
-    REASON_BYTES_MAX, REQUEST_ENDS_MAX,
+    CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, NAME_BYTES_MAX,
+    POLYGON_VERTICES_MAX, REASON_BYTES_MAX, REQUEST_ENDS_MAX,
 };
 use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST, ROOT_FREEDOMS};
+use surefoot_shared_types::message::description::{FootDescription, JointDescription, Name};
 use surefoot_shared_types::message::layout::Field;
 use surefoot_shared_types::message::request::StancePoseData;
+use surefoot_shared_types::message::set_point::FootSchedule;
 use surefoot_shared_types::message::simulation_state::FootForce;
 use surefoot_shared_types::message::{
-    Contact, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, RequestRecord,
-    RestState, SimulationState, SupportMode, Waypoint, WorldCorrection,
+    Contact, Description, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus,
+    RequestRecord, RestState, SetPoint, SimulationState, SupportMode, Waypoint, WorldCorrection,
 };
 
-const LIMITS: [(&str, usize); 8] = [
+const LIMITS: [(&str, usize); 9] = [
     ("JOINTS_MAX", JOINTS_MAX),
     ("ROOT_FREEDOMS", ROOT_FREEDOMS),
     ("CHUNK_WAYPOINTS_MAX", CHUNK_WAYPOINTS_MAX),
@@ -38,6 +40,7 @@ const LIMITS: [(&str, usize); 8] = [
     ("CORRECTIONS_MAX", CORRECTIONS_MAX),
     ("REQUEST_ENDS_MAX", REQUEST_ENDS_MAX),
     ("REASON_BYTES_MAX", REASON_BYTES_MAX),
+    ("NAME_BYTES_MAX", NAME_BYTES_MAX),
 ];
 
 /// Widest line of a comment in the C header.
@@ -96,6 +99,12 @@ fn messages() -> Vec<Message> {
         message::<PlanStatus>("PlanStatus"),
         message::<FootForce>("FootForce"),
         message::<SimulationState>("SimulationState"),
+        message::<Name>("Name"),
+        message::<JointDescription>("JointDescription"),
+        message::<FootDescription>("FootDescription"),
+        message::<Description>("Description"),
+        message::<FootSchedule>("FootSchedule"),
+        message::<SetPoint>("SetPoint"),
     ]
 }
 

@@ -61,7 +61,7 @@ impl Checker {
         };
         let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
         let stop = [Stop::of_chunk(chunk)];
-        let course = if Stop::is_smooth(chunk) { Course::Smooth(&stop) } else { Course::Straight };
+        let course = if chunk.is_smooth() { Course::Smooth(&stop) } else { Course::Straight };
         self.checker.check_segment(&MotionSegment { mode, contacts, waypoints, course }, &mut || ())
     }
 

@@ -11,13 +11,16 @@ use surefoot_shared_types::config::MotionKind;
 use crate::cli::bench_arguments::BenchArguments;
 use crate::cli::method_arguments::{MethodArguments, method};
 use crate::cli::robot_arguments::RobotCommand;
+use crate::cli::simulation_arguments::SimulationArguments;
 use crate::export::format::ExportFormat;
 use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
-/// Largest rate of simulated time, in multiples of real time.
-const RATE_MAX: f64 = 1e6;
+/// Smallest and largest rate of sampling.
+const SAMPLE_RATE_MIN: f64 = 0.01;
+/// See [`SAMPLE_RATE_MIN`].
+const SAMPLE_RATE_MAX: f64 = 10_000.0;
 /// Default of the number of replans: the most differences that a controller can report.
 const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
 /// Default of the number of restarts.
@@ -52,6 +55,8 @@ pub enum Command {
     Request(RequestArguments),
     /// Print the messages of a planner and its controller
     Monitor(MonitorArguments),
+    /// Play an instance's walk in real time: set-points for a joint controller, and ROS 2 messages
+    Sample(SampleArguments),
     /// Prepare a robot once, so that no walk has to wait for it
     Prepare(PrepareArguments),
     /// Describe a robot of your own, or show one
@@ -191,18 +196,9 @@ pub struct WalkArguments {
     /// Most restarts of processes that were killed, of both together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
-    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
-    /// by name
-    #[arg(long, alias = "truth", value_name = "WORLD")]
-    pub ground_truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// publish the state of the robot
-    #[arg(long, value_name = "RATE", value_parser = rate)]
-    pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
-    /// this seed determines
-    #[arg(long, value_name = "SEED")]
-    pub disturb: Option<u64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub simulation: SimulationArguments,
 }
 
 /// `surefoot plan`.
@@ -251,18 +247,9 @@ pub struct ControlArguments {
     /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
     pub instance: String,
-    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
-    /// by name
-    #[arg(long, alias = "truth", value_name = "WORLD")]
-    pub ground_truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// publish the state of the robot
-    #[arg(long, value_name = "RATE", value_parser = rate)]
-    pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
-    /// this seed determines
-    #[arg(long, value_name = "SEED")]
-    pub disturb: Option<u64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub simulation: SimulationArguments,
     /// Keep running for further plans until a signal comes
     #[arg(long)]
     pub serve: bool,
@@ -373,6 +360,30 @@ pub struct MonitorArguments {
     /// Print one JSON object a line
     #[arg(long)]
     pub json: bool,
+    /// Stop after this many seconds
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub seconds: Option<f64>,
+}
+
+/// `surefoot sample`.
+#[derive(Debug, Args)]
+pub struct SampleArguments {
+    /// The instance whose plan is played
+    #[arg(long, value_name = "NAME")]
+    pub instance: String,
+    /// Wait this many seconds for the instance to appear
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 10.0)]
+    pub wait: f64,
+    /// Set-points each second of the plan
+    #[arg(long, value_name = "N", value_parser = sample_rate, default_value_t = 1000.0)]
+    pub hz: f64,
+    /// Seconds of the plan each second of real time
+    #[arg(long, value_name = "R", value_parser = sample_rate, default_value_t = 1.0)]
+    pub rate: f64,
+    /// Also publish /joint_states, /tf, /joint_trajectory and /root_trajectory for iceoryx2's ROS 2
+    /// gateway (docs/ATTACH.md)
+    #[arg(long)]
+    pub ros: bool,
     /// Stop after this many seconds
     #[arg(long, value_name = "S", value_parser = positive)]
     pub seconds: Option<f64>,
@@ -520,10 +531,10 @@ impl Arguments {
     }
 }
 
-/// A rate of simulated time.
-fn rate(text: &str) -> Result<f64, String> {
+/// A rate of sampling.
+fn sample_rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
-        _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),
+        Ok(rate) if (SAMPLE_RATE_MIN..=SAMPLE_RATE_MAX).contains(&rate) => Ok(rate),
+        _ => Err(format!("a number between {SAMPLE_RATE_MIN} and {SAMPLE_RATE_MAX} is needed")),
     }
 }

@@ -4,9 +4,11 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
+use surefoot_controller_sim::LATE_SHARE;
 use surefoot_planner::methods::method::Method;
 
 use crate::cli::method_arguments::{MethodArguments, method};
+use crate::cli::simulation_arguments::late_share;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// `surefoot bench`.
@@ -40,6 +42,8 @@ pub enum BenchCommand {
     Footholds(FootholdsArguments),
     /// Random goals near the start on a bare floor: success, steps, work and time
     Goals(GoalsArguments),
+    /// Random worlds: is each that is called impossible one in which no method finds a plan?
+    Impossible(ImpossibleArguments),
     /// Smooth walks whose chunks come late at random: each brakes, stands and goes on
     Late(LateArguments),
     /// The planner beside other methods on the same worlds: success, time, work and steps
@@ -368,6 +372,13 @@ pub struct LateArguments {
         value_parser = clap::value_parser!(u64).range(1..=1_000_000)
     )]
     pub walks: u64,
+    /// The share of chunks that come late
+    #[arg(long, value_name = "X", default_value_t = LATE_SHARE, value_parser = late_share)]
+    pub share: f64,
+    /// Write every walk as executed, with its stops, into this folder: plans that
+    /// tools/replay_mujoco.py replays
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     pub json: bool,
@@ -417,6 +428,34 @@ pub struct GoalsArguments {
     /// Write goals.csv into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench impossible`.
+#[derive(Debug, Args)]
+pub struct ImpossibleArguments {
+    /// The robot
+    #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
+    pub robot: PathBuf,
+    /// Number of worlds
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 200,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub worlds: u64,
+    /// The seed of the first world; each further one has the next
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub worlds_seed: u64,
+    /// Work units of each search at most
+    #[arg(long, value_name = "N", default_value_t = 20_000)]
+    pub work: u64,
+    /// Work units of each search by each method in a world that is called impossible
+    #[arg(long, value_name = "N", default_value_t = 60_000)]
+    pub search_on: u64,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

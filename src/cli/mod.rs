@@ -4,3 +4,4 @@ pub mod arguments;
 pub mod bench_arguments;
 pub mod method_arguments;
 pub mod robot_arguments;
+pub mod simulation_arguments;

@@ -3,24 +3,29 @@
 
 pub mod chunk_handler;
 
-mod simulated;
+mod paced_walk;
 
+use std::cell::RefCell;
+use std::path::Path;
 use std::time::Duration;
 
 use surefoot_controller_sim::channel::plan_subscriber::{PlanSubscriber, StreamEnd};
 use surefoot_controller_sim::{
     Checker, CheckerError, ChunkExecutor, Disturbance, GroundTruth, Identity,
 };
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::instance::sender::random_id;
+use surefoot_shared_types::plan_file::write::{executed_plan, save};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::ControlArguments;
 use crate::commands::control::chunk_handler::ChunkHandler;
-use crate::commands::control::simulated::Simulated;
+use crate::commands::control::paced_walk::{PacedWalk, WalkOptions};
 use crate::commands::session::prepare_process;
 use crate::input::inputs::{Inputs, Overrides};
+use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{CheckSummary, Refusal, RoleEvent};
 use crate::report::liveness;
@@ -47,48 +52,72 @@ pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError>
     }
 }
 
+/// The file of the motion as executed, with the scenario and the world that the planner knows.
+struct Record<'a> {
+    path: &'a Path,
+    scenario: Scenario,
+    world: World,
+}
+
 /// A controller that is connected to an instance.
-struct Controller {
+struct Controller<'a> {
     subscriber: PlanSubscriber,
     handler: ChunkHandler,
+    /// Where the motion as executed is written, if it is.
+    record: Option<Record<'a>>,
     reporter: Reporter,
     /// Longest time that the controller stays after a complete plan; no limit if `None`.
     linger_max: Option<Duration>,
 }
 
-impl Controller {
-    fn open(arguments: &ControlArguments) -> Result<Self, CommandError> {
+impl<'a> Controller<'a> {
+    fn open(arguments: &'a ControlArguments) -> Result<Self, CommandError> {
         let overrides = Overrides { seed: arguments.seed, motion: arguments.motion };
-        let Inputs { scenario, model, world, .. } = Inputs::load(&arguments.scenario, overrides)?;
+        let inputs = Inputs::load(&arguments.scenario, overrides)?;
+        if let Some(executed) = &arguments.simulation.executed {
+            output_files::check_path(executed)?;
+        }
         let id = random_id();
+        let description = inputs.description(id);
+        let Inputs { scenario, model, world, .. } = inputs;
         let identity = Identity {
             controller_id: id,
             robot: model.digest,
             world: world.digest,
             config: scenario.digest,
         };
+        let executed = arguments.simulation.executed.as_deref();
+        let record =
+            executed.map(|path| Record { path, scenario: scenario.clone(), world: world.clone() });
         let (ground_truth, world) = actual_world(arguments, &model, world)?;
         let checker = Checker::new(model, world, scenario.checker)?;
         let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
+        subscriber.describe(&description)?;
         let executor = match subscriber.taken_over() {
             Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
             None if arguments.serve => ChunkExecutor::new(checker, identity),
             None => ChunkExecutor::new(checker, identity).starting_at(scenario.start),
         };
-        let simulated =
-            arguments.rate.map(|rate| Simulated::new(&subscriber, id, rate)).transpose()?;
-        let disturbance = arguments.disturb.map(Disturbance::new);
-        let mut handler = ChunkHandler::new(executor, ground_truth, disturbance, simulated);
+        let simulation = &arguments.simulation;
+        let walk = WalkOptions {
+            rate: simulation.rate,
+            late: simulation.late,
+            is_recorded: record.is_some(),
+        };
+        let robot = PacedWalk::new(&subscriber, id, &walk)?;
+        let disturbance = simulation.disturb.map(Disturbance::new);
+        let mut handler = ChunkHandler::new(executor, ground_truth, disturbance, robot);
         if let Some(feedback) = subscriber.taken_over() {
             handler.mark_reported(feedback.corrections());
         }
-        if let Some(seed) = arguments.disturb {
+        if let Some(seed) = simulation.disturb {
             subscriber.inject_faults(seed);
         }
         // A supervisor ends this process; until then a restarted planner may connect.
         let stays = arguments.role.report_lines || arguments.serve;
         let reporter = Reporter::new(arguments.role.report_lines, false);
-        Ok(Self { subscriber, handler, reporter, linger_max: (!stays).then_some(LINGER_TIME_MAX) })
+        let linger_max = (!stays).then_some(LINGER_TIME_MAX);
+        Ok(Self { subscriber, handler, record, reporter, linger_max })
     }
 
     /// Receives, checks and executes plans until the time to linger is over or a signal comes.
@@ -104,12 +133,14 @@ impl Controller {
                     Some(Refusal::of(chunk, self.handler.detail().to_owned()))
                 }
                 StreamEnd::PlannerLeft => {
+                    self.handler.come_to_rest();
                     let accepted = self.subscriber.feedback().next_sequence;
                     self.reporter.emit(&RoleEvent::Holding { accepted })?;
                     ended = self.receive()?;
                     continue;
                 }
                 StreamEnd::Stopped => {
+                    self.handler.come_to_rest();
                     if self.subscriber.feedback().next_sequence > 0 {
                         self.report(None)?;
                     }
@@ -128,32 +159,51 @@ impl Controller {
 
     /// Receives chunks until their stream ends.
     fn receive(&mut self) -> Result<StreamEnd, CommandError> {
-        let handler = &mut self.handler;
+        let handler = RefCell::new(&mut self.handler);
         Ok(self
             .subscriber
-            .run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &liveness::keep_going)?)
+            .run(&mut |chunk, heartbeat| handler.borrow_mut().handle(chunk, heartbeat), &|| {
+                keep_walking(&handler)
+            })?)
     }
 
     /// Repeats the last feedback. Returns the end of the next stream, if another one comes. After a
     /// refusal it stays while a planner is connected, which may plan again for any time.
     fn linger(&mut self, is_refused: bool) -> Result<Option<StreamEnd>, CommandError> {
-        let handler = &mut self.handler;
+        let handler = RefCell::new(&mut self.handler);
         let linger_max = self.linger_max.map(|max| if is_refused { Duration::MAX } else { max });
         Ok(self.subscriber.linger(
-            &mut |chunk, heartbeat| handler.handle(chunk, heartbeat),
+            &mut |chunk, heartbeat| handler.borrow_mut().handle(chunk, heartbeat),
             linger_max,
-            &liveness::keep_going,
+            &|| keep_walking(&handler),
         )?)
     }
 
-    /// Reports the summary of a plan.
+    /// Reports the summary of a plan, and writes the motion as executed so far.
     fn report(&mut self, refusal: Option<Refusal>) -> Result<(), CommandError> {
         self.handler.error()?;
-        let checked = self.handler.summary(self.subscriber.stats().duplicates, refusal);
+        if let Some(record) = &self.record {
+            self.write_executed(record)?;
+        }
+        let (feedback, stats) = (self.subscriber.feedback(), self.subscriber.stats());
+        let checked = self.handler.summary(stats.duplicates, &feedback, refusal);
         self.reporter.emit(&RoleEvent::Checked(checked.clone()))?;
         self.reporter.print(|| summary(&checked));
         Ok(())
     }
+
+    fn write_executed(&self, record: &Record<'_>) -> Result<(), CommandError> {
+        let Record { path, scenario, world } = record;
+        let (model, executed) = (self.handler.model(), self.handler.executed());
+        let folder = output_files::plan_folder(path);
+        Ok(save(&executed_plan(model, world, scenario, &executed, &folder), path)?)
+    }
+}
+
+/// Walks on where the robot's time is real time. Whether no signal has asked the process to end.
+fn keep_walking(handler: &RefCell<&mut ChunkHandler>) -> bool {
+    handler.borrow_mut().catch_up();
+    liveness::keep_going()
 }
 
 /// The actual world, and its differences from the world that the planner knows.
@@ -162,7 +212,7 @@ fn actual_world(
     model: &RobotModel,
     known_world: World,
 ) -> Result<(Option<GroundTruth>, World), CommandError> {
-    let Some(path) = &arguments.ground_truth else { return Ok((None, known_world)) };
+    let Some(path) = &arguments.simulation.ground_truth else { return Ok((None, known_world)) };
     let world = load_world(path)?;
     let ground_truth =
         GroundTruth::new(model, &known_world, &world).map_err(CheckerError::Shape)?;
@@ -175,6 +225,10 @@ fn summary(checked: &CheckSummary) -> String {
         checked.accepted,
         checked.margins.describe()
     );
+    let so_far = match checked.stops() {
+        Some(stops) => format!("{so_far}; {stops}"),
+        None => so_far,
+    };
     match &checked.refusal {
         None => so_far,
         Some(refusal) => format!("{so_far}\nrefused: {}", refusal.describe()),

@@ -4,7 +4,7 @@ use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
     check, completions, config, control, doctor, explain, export, list, man, monitor, new, picture,
-    plan, prepare, request, robot, view, walk,
+    plan, prepare, request, robot, sample, view, walk,
 };
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
@@ -29,6 +29,7 @@ fn run_command(arguments: &Arguments) -> u8 {
         Command::Control(arguments) => control::run(arguments),
         Command::Request(arguments) => request::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
+        Command::Sample(arguments) => sample::run(arguments),
         Command::Prepare(arguments) => prepare::run(arguments),
         Command::Robot(command) => robot::run(command),
         Command::Check(arguments) => check::run(arguments),

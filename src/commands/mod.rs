@@ -18,6 +18,7 @@ pub mod plan;
 pub mod prepare;
 pub mod request;
 pub mod robot;
+pub mod sample;
 pub mod search_loop;
 pub mod session;
 pub mod view;

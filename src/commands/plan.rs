@@ -6,6 +6,7 @@
 
 pub mod planning_task;
 
+mod described_publisher;
 mod request_queue;
 mod serve;
 mod totals;
@@ -36,7 +37,6 @@ use crate::system::{memory, signals, terminal};
 
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::totals::Totals;
-use crate::system::instance::enter_instance;
 
 /// Runs the command.
 ///
@@ -104,7 +104,7 @@ impl Run<'_> {
     /// Plans and delivers; returns the last search.
     fn plan_and_deliver(&mut self) -> Result<Option<Ended>, CommandError> {
         let mut publisher = match &self.arguments.instance {
-            Some(name) => Some(PlanPublisher::open(&enter_instance(name)?, random_id())?),
+            Some(name) => Some(described_publisher::open(name, random_id(), &self.inputs)?),
             None => None,
         };
         let mut task = PlanningTask::first(&self.inputs);

@@ -10,9 +10,6 @@ mod trial;
 use crate::cli::robot_arguments::RobotCommand;
 use crate::report::command_error::{CommandError, CommandOutcome};
 
-/// The name of every robot file.
-const ROBOT_FILE: &str = "robot.toml";
-
 /// Runs the command.
 ///
 /// # Errors

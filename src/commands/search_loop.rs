@@ -91,6 +91,7 @@ fn planned(
     let stats = planner.stats();
     let found = outcome == Some(&Outcome::Found);
     let bound = outcome.and_then(Outcome::bound);
+    let walk = found.then(|| WalkFacts::of_chunks(planner.chunks()));
     let stopped = || "stopped before a plan was found".to_owned();
     Planned {
         result: outcome.map_or(PlanResult::Stopped, PlanResult::from),
@@ -106,10 +107,10 @@ fn planned(
         route_edges_possible: stats.route_edges.possible,
         primitives: stats.primitives,
         allocations,
-        steps: planner.steps(),
+        steps: walk.map_or(0, |walk| walk.steps),
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
-        walk: found.then(|| WalkFacts::of_chunks(planner.chunks())),
+        walk,
         smooth: planner.smooth_path().map(|_| Box::new(smooth_motion(&stats))),
     }
 }

@@ -28,7 +28,11 @@ use crate::system::signals;
 pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     let inputs = Inputs::load(&arguments.search.scenario, Overrides::of(&arguments.search))?;
     output_files::check_run(&arguments.outputs, &inputs)?;
-    if let Some(ground_truth) = &arguments.ground_truth {
+    let simulation = &arguments.simulation;
+    if let Some(executed) = &simulation.executed {
+        output_files::check_other(executed, &arguments.outputs, &inputs)?;
+    }
+    if let Some(ground_truth) = &simulation.ground_truth {
         load_world(ground_truth)?;
     }
     inputs.preparation(arguments.outputs.quiet)?;
@@ -68,9 +72,9 @@ fn walk(
     };
     // The node and the services exist before the roles start, and outlive a killed role.
     let participant = Participant::open(&instance)?;
-    let _state = {
+    let _services = {
         let _making = participant.making()?;
-        participant.open_state()?
+        (participant.open_state()?, participant.open_description()?)
     };
     let commands = RoleCommands { inputs, instance: instance.name(), arguments, files };
     let command_of = |role| commands.command_of(role);

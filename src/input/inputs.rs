@@ -7,6 +7,7 @@ use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::config::scenario_source::ScenarioSource;
+use surefoot_shared_types::message::Description;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
@@ -83,6 +84,12 @@ impl Inputs {
     /// The planner cannot move the robot.
     pub fn preparation(&self, quiet: bool) -> Result<Preparation, CommandError> {
         Ok(preparation_cache::obtain(&self.model, &self.scenario.planner, quiet)?.preparation)
+    }
+
+    /// What readers of an instance have to know of walks with these inputs. `sender` is the
+    /// planner's session or the controller's id.
+    pub fn description(&self, sender: u64) -> Description {
+        Description::of(sender, &self.model, self.world.digest, self.scenario.digest)
     }
 
     /// The files that were read.

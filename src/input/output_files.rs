@@ -48,6 +48,25 @@ pub fn check(outputs: &OutputArguments, inputs: &[PathBuf]) -> Result<(), Comman
     check_distinct(&paths, inputs)
 }
 
+/// Checks that a plan can be written to a path that is neither one of the other outputs nor an
+/// input.
+///
+/// # Errors
+/// As [`check_run`]; also if the path is no file of its own.
+pub fn check_other(
+    path: &PathBuf,
+    outputs: &OutputArguments,
+    inputs: &Inputs,
+) -> Result<(), CommandError> {
+    check_path(path)?;
+    if whole_file::is_stream(path) {
+        return Err(unwritable(path, "a file is needed"));
+    }
+    let paths: Vec<&PathBuf> = outputs.paths().chain([path]).collect();
+    check_distinct(&paths, &inputs.files())?;
+    check_plan_names(path, inputs)
+}
+
 /// Refuses two paths of the same file, and a path of an input.
 fn check_distinct(outputs: &[&PathBuf], inputs: &[PathBuf]) -> Result<(), CommandError> {
     let inputs: Vec<PathBuf> =
@@ -188,7 +207,11 @@ pub fn use_standard_output(outputs: &OutputArguments) -> bool {
     outputs.paths().any(|path| whole_file::is_standard_output(path))
 }
 
-fn check_path(path: &Path) -> Result<(), CommandError> {
+/// Checks that a file can be written.
+///
+/// # Errors
+/// Its folder is missing or cannot be written to, or it is a folder or write-protected.
+pub fn check_path(path: &Path) -> Result<(), CommandError> {
     whole_file::check(path).map_err(|reason| unwritable(path, &reason))
 }
 

@@ -138,6 +138,15 @@ pub enum CommandError {
     /// No controller answers.
     #[error("no controller answers; start 'surefoot control' with the same instance name")]
     ControllerLost,
+    /// A sampler has not received all chunks.
+    #[error(
+        "{missed} accepted chunks were not received, so the walk was not sampled to its end; start \
+         'surefoot sample' before the planner, on a core of its own"
+    )]
+    MissedChunks {
+        /// How many.
+        missed: u64,
+    },
     /// Two processes publish feedback as the controller.
     #[error(
         "two processes answer as this instance's controller; end the one that does not belong to \

@@ -291,10 +291,39 @@ pub struct CheckSummary {
     pub accepted: u64,
     /// Chunks received again after they had been accepted.
     pub duplicated: u64,
+    /// Chunks that this controller held back (`--late`).
+    #[serde(default)]
+    pub late_chunks: u64,
+    /// How often the robot had to stop because the next chunk was not there.
+    #[serde(default)]
+    pub brakes: u64,
+    /// How long it stood for that reason, s of its own time.
+    #[serde(default)]
+    pub stood_seconds: f64,
     /// The worst margins of the accepted chunks.
     pub margins: WorstMargins,
     /// The refusal, if there was one.
     pub refusal: Option<Refusal>,
+}
+
+impl CheckSummary {
+    /// The stops in one line; nothing if there were none.
+    pub fn stops(&self) -> Option<String> {
+        let Self { late_chunks, brakes, stood_seconds, .. } = *self;
+        describe_stops(late_chunks, brakes, stood_seconds)
+    }
+}
+
+/// How often the robot had to stop because a chunk was not there, how long it stood (s), and how
+/// many chunks were held back, in one line; nothing if none was and it did not stop.
+pub fn describe_stops(late: u64, brakes: u64, stood: f64) -> Option<String> {
+    let held_back = match late {
+        0 => String::new(),
+        late => format!("{late} chunks held back, "),
+    };
+    let times = if brakes == 1 { "time" } else { "times" };
+    (late > 0 || brakes > 0)
+        .then(|| format!("{held_back}braked {brakes} {times}, stood {stood:.1} s"))
 }
 
 impl From<&Delivery> for Delivered {

@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::report::event::RoleEvent;
+use crate::report::event::{CheckSummary, RoleEvent};
 use crate::system::terminal;
 
 const PLANNING: &str = "planning {bar:20} {percent:>3}% of work_max  {wide_msg}";
@@ -74,7 +74,9 @@ fn milestone(event: &RoleEvent) -> Option<String> {
             Some(format!("the {role} process ended ({how}) and is started again"))
         }
         RoleEvent::Checked(checked) => {
-            Some(format!("{} chunks checked in {:.3} s", checked.accepted, checked.check_seconds))
+            let stops = checked.stops().map_or(String::new(), |stops| format!("; {stops}"));
+            let CheckSummary { accepted, check_seconds, .. } = checked;
+            Some(format!("{accepted} chunks checked in {check_seconds:.3} s{stops}"))
         }
         _ => None,
     }

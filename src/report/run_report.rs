@@ -63,6 +63,12 @@ pub struct Report {
     pub allocations_after_ready: u64,
     /// Counts of the chunks.
     pub chunks: Chunks,
+    /// Chunks that the controller held back (`--late`).
+    pub late_chunks: u64,
+    /// How often the robot had to stop because the next chunk was not there.
+    pub brakes: u64,
+    /// How long it stood for that reason, s of its own time.
+    pub stood_seconds: f64,
     /// The worst margin of each check.
     pub margins: WorstMargins,
     /// The refusal, if there was one.
@@ -247,6 +253,8 @@ impl Report {
     fn record_checked(&mut self, checked: &CheckSummary) {
         self.check_seconds = Some(checked.check_seconds);
         self.chunks.duplicated = checked.duplicated.max(self.chunks.duplicated);
+        (self.late_chunks, self.brakes) = (checked.late_chunks, checked.brakes);
+        self.stood_seconds = checked.stood_seconds;
         self.margins = checked.margins;
         self.refusal = checked.refusal.clone();
     }
@@ -303,6 +311,9 @@ mod tests {
             check_seconds: 0.5,
             accepted: 3,
             duplicated: 2,
+            late_chunks: 4,
+            brakes: 2,
+            stood_seconds: 3.12,
             margins,
             refusal: Some(refusal("left_knee 120 %")),
         })
@@ -324,6 +335,9 @@ mod tests {
                 Chunks { sent: 7, accepted: 3, refused: 1, duplicated: 2, resent: 2, ..no_chunks }
             );
             assert_eq!(report.margins.torque, Some(0.25));
+            let text = crate::report::summary::text(&report);
+            let stops = "\n  stops      4 chunks held back, braked 2 times, stood 3.1 s\n";
+            assert!(text.contains(stops), "{text}");
             assert_eq!(report.command_outcome().unwrap(), CommandOutcome::Refused);
         }
     }

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::report::event::{Bottleneck, DeliveryResult, Diagnosis, PlanResult, Planned};
+use crate::report::event::{
+    Bottleneck, DeliveryResult, Diagnosis, PlanResult, Planned, describe_stops,
+};
 use crate::report::run_report::Report;
 
 /// Rejection reasons that are shown.
@@ -44,6 +46,9 @@ pub fn text(report: &Report) -> String {
     }
     if report.delivery_result().is_some() {
         line("chunks", chunks(report));
+    }
+    if let Some(stops) = describe_stops(report.late_chunks, report.brakes, report.stood_seconds) {
+        line("stops", stops);
     }
     if report.replans > 0 {
         line("replans", report.replans.to_string());

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use surefoot_shared_types::message::{PlanChunk, Waypoint};
+use surefoot_shared_types::message::{PlanChunk, SupportMode, Waypoint};
 
 /// Feet whose places differ by less are at one place, m.
 const SAME_PLACE: f64 = 1e-9;
@@ -18,15 +18,20 @@ pub struct WalkFacts {
     pub metres: f64,
     /// Length of the root's path, m.
     pub root_path: f64,
-    /// Steps.
+    /// Steps: how often a foot is lifted and set down.
     pub steps: u64,
     /// Fewer steps do not do, were each as long as the longest one of the plan.
     pub steps_min: u64,
 }
 
 impl WalkFacts {
-    /// Of places of the root with their times (s), and of the places of each foot in their order.
-    pub fn new(root: impl IntoIterator<Item = (f64, DVec3)>, feet: [Vec<DVec3>; 2]) -> Self {
+    /// Of places of the root with their times (s), of the places of each foot in their order, and
+    /// of the successive support modes, of which neighbours may be equal.
+    pub fn new(
+        root: impl IntoIterator<Item = (f64, DVec3)>,
+        feet: [Vec<DVec3>; 2],
+        modes: impl IntoIterator<Item = SupportMode>,
+    ) -> Self {
         let root: Vec<(f64, DVec3)> = root.into_iter().collect();
         let (Some(first), Some(last)) = (root.first(), root.last()) else { return Self::default() };
         let swings = feet.iter().flat_map(|foot| foot.windows(2));
@@ -40,7 +45,7 @@ impl WalkFacts {
             seconds: last.0 - first.0,
             metres: first.1.truncate().distance(last.1.truncate()),
             root_path: root.windows(2).map(|pair| pair[0].1.distance(pair[1].1)).sum(),
-            steps: lengths.len() as u64,
+            steps: steps_of(modes),
             steps_min: feet.iter().map(least).sum(),
         }
     }
@@ -55,7 +60,8 @@ impl WalkFacts {
                 add_place(foot, contact.position.into());
             }
         }
-        Self::new(waypoints.map(place), feet)
+        let modes = chunks.iter().filter_map(|chunk| SupportMode::from_wire(chunk.mode));
+        Self::new(waypoints.map(place), feet, modes)
     }
 
     /// One line of text.
@@ -75,6 +81,17 @@ impl WalkFacts {
         }
         text
     }
+}
+
+/// How often a foot is set down: a mode on one foot is followed by one on both.
+fn steps_of(modes: impl IntoIterator<Item = SupportMode>) -> u64 {
+    let (mut steps, mut was_single) = (0, false);
+    for mode in modes {
+        let is_single = mode != SupportMode::Double;
+        steps += u64::from(was_single && !is_single);
+        was_single = is_single;
+    }
+    steps
 }
 
 /// Adds a place of a foot if it is another one than the last.
@@ -97,7 +114,10 @@ mod tests {
             let place = DVec3::new(x, foot as f64, 0.0);
             add_place(&mut feet[foot], place);
         }
-        let facts = WalkFacts::new(root, feet);
+        // The left foot, twice the right foot, the second time where it stands.
+        use SupportMode::{Double, Left, Right};
+        let modes = [Double, Right, Right, Double, Left, Double, Double, Left, Double];
+        let facts = WalkFacts::new(root, feet, modes);
         assert_eq!((facts.steps, facts.steps_min, facts.seconds), (3, 2, 4.0));
         assert!((facts.root_path - 0.5 - libm::sqrt(0.65)).abs() < 1e-12, "{facts:?}");
         assert_eq!(
@@ -109,7 +129,7 @@ mod tests {
 
     #[test]
     fn a_robot_that_stands_walks_nowhere() {
-        let facts = WalkFacts::new([(0.0, DVec3::ZERO)], [vec![DVec3::ZERO], vec![]]);
+        let facts = WalkFacts::new([(0.0, DVec3::ZERO)], [vec![DVec3::ZERO], vec![]], []);
         assert_eq!(facts, WalkFacts::default());
         assert_eq!(facts.describe(), "0.00 m in 0.0 s: 0.000 m/s");
     }

@@ -2,5 +2,6 @@
 
 pub mod process;
 pub mod role_processes;
+pub mod silence;
 pub mod supervisor;
 pub mod walk_state;

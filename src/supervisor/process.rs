@@ -57,6 +57,11 @@ impl Process {
         }
     }
 
+    /// Its number.
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Asks it to end.
     pub(crate) fn ask_to_end(&self) {
         signals::ask_to_end(&self.child);

@@ -10,14 +10,12 @@ use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
 use crate::report::role::Role;
 use crate::supervisor::process::{GRACE_SECONDS, Process, ProcessOutput};
+use crate::supervisor::silence::Silence;
 use crate::system::clock::Stopwatch;
 use crate::system::signals;
 
 /// Time between two checks for a signal and for silent processes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
-/// Longest time without an event of a process, s. A process emits one every second, after it has
-/// loaded its inputs.
-const SILENCE_SECONDS_MAX: f64 = 20.0;
 
 /// An event of a process.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,8 +36,7 @@ pub(crate) enum ProcessEvent {
 struct RoleProcess {
     role: Role,
     process: Process,
-    /// Time since its start or its last event.
-    silence: Stopwatch,
+    silence: Silence,
     /// The reason why it ends or is killed, if it is known before its end.
     failure: Option<String>,
 }
@@ -67,13 +64,13 @@ impl RoleProcesses {
     pub(crate) fn start(&mut self, role: Role, command: Command) -> Result<(), CommandError> {
         let process = Process::start(command, role, self.sender.clone())
             .map_err(|source| CommandError::Start { role, source })?;
-        let silence = Stopwatch::start();
+        let silence = Silence::of_start(process.id());
         self.processes.push(RoleProcess { role, process, silence, failure: None });
         Ok(())
     }
 
     /// Waits for the next event, at most until `is_late` returns true; `None` then. Kills a process
-    /// that emits none for [`SILENCE_SECONDS_MAX`].
+    /// that emits none for too long.
     ///
     /// # Errors
     /// A signal asks this process to end, a role reports an error other than of the transport, or
@@ -118,8 +115,10 @@ impl RoleProcesses {
 
     fn kill_silent(&mut self) {
         for process in &mut self.processes {
-            if process.failure.is_none() && process.silence.seconds() > SILENCE_SECONDS_MAX {
-                process.failure = Some(format!("no event for {SILENCE_SECONDS_MAX} s"));
+            if process.failure.is_none()
+                && let Some(seconds_max) = process.silence.exceeded()
+            {
+                process.failure = Some(format!("no event for {seconds_max} s"));
                 process.process.kill();
             }
         }
@@ -135,7 +134,7 @@ impl RoleProcesses {
         output: ProcessOutput,
     ) -> Result<Option<ProcessEvent>, CommandError> {
         if let Some(process) = self.process_of(role) {
-            process.silence = Stopwatch::start();
+            process.silence.end();
         }
         match output {
             ProcessOutput::Event(event) => match *event {

@@ -24,6 +24,7 @@
 #define SUREFOOT_CORRECTIONS_MAX 32
 #define SUREFOOT_REQUEST_ENDS_MAX 16
 #define SUREFOOT_REASON_BYTES_MAX 160
+#define SUREFOOT_NAME_BYTES_MAX 88
 
 /* The layout version in PlanChunk::schema. */
 #define SUREFOOT_CHUNK_SCHEMA 2
@@ -46,8 +47,10 @@
 /* No surface supports the sole planned at position and rotation. half_extents holds half of the
    sole's length and width, and 0. */
 #define SUREFOOT_CORRECTION_KIND_CONTACT_MISSING 4
+/* The layout version in Description::schema. */
+#define SUREFOOT_DESCRIPTION_SCHEMA 1
 /* The layout version in Feedback::schema. */
-#define SUREFOOT_FEEDBACK_SCHEMA 4
+#define SUREFOOT_FEEDBACK_SCHEMA 5
 /* Joint position limits. */
 #define SUREFOOT_CHECK_LIMITS 0
 /* A stance foot leaves its declared pose, or the world does not support its sole. */
@@ -140,6 +143,14 @@
 #define SUREFOOT_REQUEST_STATE_GOAL_INVALID 10
 /* Two processes publish feedback as the controller. */
 #define SUREFOOT_REQUEST_STATE_CONTRADICTED 11
+/* The layout version in SetPoint::schema. */
+#define SUREFOOT_SET_POINT_SCHEMA 1
+/* Flag: no chunk follows in time. The robot brakes, or stands where it has braked. */
+#define SUREFOOT_FLAG_STARVED 1
+/* Flag: the robot stands at the end of its plan. */
+#define SUREFOOT_FLAG_FINISHED 2
+/* Flag: the sampler has missed chunks. The robot brakes and stands until a plan begins there. */
+#define SUREFOOT_FLAG_MISSED 4
 /* The layout version in SimulationState::schema. */
 #define SUREFOOT_STATE_SCHEMA 1
 
@@ -363,7 +374,7 @@ static_assert(offsetof(surefoot_WorldCorrection, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_WorldCorrection, half_extents) == 64, "offset");
 
 #define SUREFOOT_FEEDBACK_TYPE_NAME "surefoot.Feedback.v1"
-#define SUREFOOT_FEEDBACK_LAYOUT "aafddabfe77c6aff"
+#define SUREFOOT_FEEDBACK_LAYOUT "9399ac8419d9717b"
 /* The controller's feedback, a cumulative acknowledgement: every chunk before next_sequence is
    accepted. It is repeated as a heartbeat. */
 typedef struct {
@@ -400,12 +411,18 @@ typedef struct {
     /* Chunks that the robot executed since it was set on its start, under all controllers. If a
        chunk is executed twice, it exceeds the number of accepted chunks. */
     uint64_t walked;
-    /* 1 while a chunk is being checked. Such a heartbeat shows only that the controller runs. */
+    /* How often the robot had to stop because the next chunk was not there, under all
+       controllers. */
+    uint64_t brakes;
+    /* How long it stood for that reason, s of its own time. */
+    double stood;
+    /* 1 while a chunk is being checked, or walked before its acknowledgement. Such a heartbeat
+       shows only that the controller runs. */
     uint32_t busy;
     /* Number of used entries of corrections. */
     uint32_t corrections_len;
-    /* Always 0. */
-    uint32_t reserved;
+    /* 1 while the robot moves; it comes to rest at rest_state if no further chunk is accepted. */
+    uint32_t moving;
     /* CRC-32 (IEEE) of all bytes of the message with this field zero. */
     uint32_t crc;
     /* Digest of the stream of all accepted chunks; undefined while next_sequence is 0. */
@@ -418,7 +435,7 @@ typedef struct {
        removed. */
     surefoot_WorldCorrection corrections[SUREFOOT_CORRECTIONS_MAX];
 } surefoot_Feedback;
-static_assert(sizeof(surefoot_Feedback) == 6016, "size");
+static_assert(sizeof(surefoot_Feedback) == 6032, "size");
 static_assert(offsetof(surefoot_Feedback, schema) == 0, "offset");
 static_assert(offsetof(surefoot_Feedback, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_Feedback, session) == 16, "offset");
@@ -434,14 +451,16 @@ static_assert(offsetof(surefoot_Feedback, finished) == 76, "offset");
 static_assert(offsetof(surefoot_Feedback, duplicated) == 80, "offset");
 static_assert(offsetof(surefoot_Feedback, gaps) == 88, "offset");
 static_assert(offsetof(surefoot_Feedback, walked) == 96, "offset");
-static_assert(offsetof(surefoot_Feedback, busy) == 104, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections_len) == 108, "offset");
-static_assert(offsetof(surefoot_Feedback, reserved) == 112, "offset");
-static_assert(offsetof(surefoot_Feedback, crc) == 116, "offset");
-static_assert(offsetof(surefoot_Feedback, stream) == 120, "offset");
-static_assert(offsetof(surefoot_Feedback, margins) == 152, "offset");
-static_assert(offsetof(surefoot_Feedback, rest_state) == 216, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections) == 3200, "offset");
+static_assert(offsetof(surefoot_Feedback, brakes) == 104, "offset");
+static_assert(offsetof(surefoot_Feedback, stood) == 112, "offset");
+static_assert(offsetof(surefoot_Feedback, busy) == 120, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections_len) == 124, "offset");
+static_assert(offsetof(surefoot_Feedback, moving) == 128, "offset");
+static_assert(offsetof(surefoot_Feedback, crc) == 132, "offset");
+static_assert(offsetof(surefoot_Feedback, stream) == 136, "offset");
+static_assert(offsetof(surefoot_Feedback, margins) == 168, "offset");
+static_assert(offsetof(surefoot_Feedback, rest_state) == 232, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections) == 3216, "offset");
 
 #define SUREFOOT_STANCE_POSE_DATA_TYPE_NAME "surefoot.StancePoseData.v1"
 #define SUREFOOT_STANCE_POSE_DATA_LAYOUT "8300c6518c01d2f8"
@@ -628,5 +647,193 @@ static_assert(offsetof(surefoot_SimulationState, friction_use) == 1784, "offset"
 static_assert(offsetof(surefoot_SimulationState, torque_use) == 1792, "offset");
 static_assert(offsetof(surefoot_SimulationState, feet) == 1800, "offset");
 static_assert(offsetof(surefoot_SimulationState, torques) == 2024, "offset");
+
+#define SUREFOOT_NAME_TYPE_NAME "surefoot.Name.v1"
+#define SUREFOOT_NAME_LAYOUT "dcb871f7c53e1b91"
+/* A text in UTF-8. */
+typedef struct {
+    /* Number of its bytes; more than bytes holds if it is cut. */
+    uint64_t length;
+    /* The bytes, with zeros after them. */
+    uint8_t bytes[SUREFOOT_NAME_BYTES_MAX];
+} surefoot_Name;
+static_assert(sizeof(surefoot_Name) == 96, "size");
+static_assert(offsetof(surefoot_Name, length) == 0, "offset");
+static_assert(offsetof(surefoot_Name, bytes) == 8, "offset");
+
+#define SUREFOOT_JOINT_DESCRIPTION_TYPE_NAME "surefoot.JointDescription.v1"
+#define SUREFOOT_JOINT_DESCRIPTION_LAYOUT "a75ca5742ed54fab"
+/* A moving joint. */
+typedef struct {
+    /* Its name in the URDF. */
+    surefoot_Name name;
+    /* 0: it turns (rad, N m); 1: it slides (m, N). */
+    uint64_t kind;
+    /* Lower position limit, rad or m. */
+    double lower;
+    /* Upper position limit, rad or m. */
+    double upper;
+    /* Largest speed, rad/s or m/s. */
+    double velocity;
+    /* Largest acceleration, rad/s2 or m/s2. */
+    double acceleration;
+    /* Largest effort, N m or N. */
+    double effort;
+} surefoot_JointDescription;
+static_assert(sizeof(surefoot_JointDescription) == 144, "size");
+static_assert(offsetof(surefoot_JointDescription, name) == 0, "offset");
+static_assert(offsetof(surefoot_JointDescription, kind) == 96, "offset");
+static_assert(offsetof(surefoot_JointDescription, lower) == 104, "offset");
+static_assert(offsetof(surefoot_JointDescription, upper) == 112, "offset");
+static_assert(offsetof(surefoot_JointDescription, velocity) == 120, "offset");
+static_assert(offsetof(surefoot_JointDescription, acceleration) == 128, "offset");
+static_assert(offsetof(surefoot_JointDescription, effort) == 136, "offset");
+
+#define SUREFOOT_FOOT_DESCRIPTION_TYPE_NAME "surefoot.FootDescription.v1"
+#define SUREFOOT_FOOT_DESCRIPTION_LAYOUT "1d8434594d4ba7fd"
+/* A foot. */
+typedef struct {
+    /* "left" or "right". */
+    surefoot_Name name;
+    /* The link that carries the sole. */
+    surefoot_Name link;
+    /* Position of the sole frame in the link's frame, m. Its z points into the foot, x forward. */
+    double position[3];
+    /* Rotation of the sole frame in the link's frame, unit quaternion x, y, z, w. */
+    double rotation[4];
+    /* Number of used entries of polygon. */
+    uint64_t polygon_len;
+    /* The sole's outline in the sole frame: convex, counter-clockwise, m. */
+    double polygon[SUREFOOT_POLYGON_VERTICES_MAX][2];
+} surefoot_FootDescription;
+static_assert(sizeof(surefoot_FootDescription) == 512, "size");
+static_assert(offsetof(surefoot_FootDescription, name) == 0, "offset");
+static_assert(offsetof(surefoot_FootDescription, link) == 96, "offset");
+static_assert(offsetof(surefoot_FootDescription, position) == 192, "offset");
+static_assert(offsetof(surefoot_FootDescription, rotation) == 216, "offset");
+static_assert(offsetof(surefoot_FootDescription, polygon_len) == 248, "offset");
+static_assert(offsetof(surefoot_FootDescription, polygon) == 256, "offset");
+
+#define SUREFOOT_DESCRIPTION_TYPE_NAME "surefoot.Description.v1"
+#define SUREFOOT_DESCRIPTION_LAYOUT "d6c6e80ae0d40a92"
+/* What a reader has to know of a walk. Planner and controller each publish it; a late reader
+   receives it too. With it no reader needs a file. */
+typedef struct {
+    /* DESCRIPTION_SCHEMA. */
+    uint64_t schema;
+    /* The planner's session or the controller's id. */
+    uint64_t sender;
+    /* Number of used entries of joints. */
+    uint32_t joints_len;
+    /* Number of used entries of feet. */
+    uint32_t feet_len;
+    /* Zero. */
+    uint32_t reserved;
+    /* CRC-32 (IEEE) of all bytes of the message with this field zero. */
+    uint32_t crc;
+    /* Digest of the robot. */
+    surefoot_Digest robot;
+    /* Digest of the world as the sender knew it at its start. */
+    surefoot_Digest world;
+    /* Digest of the scenario. */
+    surefoot_Digest config;
+    /* Frame, orders and units of the numbers in all messages, as a sentence. */
+    uint8_t conventions[128];
+    /* The robot's name in the URDF. */
+    surefoot_Name robot_name;
+    /* The link whose pose the messages call that of the root. */
+    surefoot_Name root_link;
+    /* Total mass, kg. */
+    double mass;
+    /* The moving joints in the order of all joint vectors. */
+    surefoot_JointDescription joints[SUREFOOT_JOINTS_MAX];
+    /* The feet; contacts and forces name them by their index. */
+    surefoot_FootDescription feet[SUREFOOT_CONTACTS_MAX];
+} surefoot_Description;
+static_assert(sizeof(surefoot_Description) == 9416, "size");
+static_assert(offsetof(surefoot_Description, schema) == 0, "offset");
+static_assert(offsetof(surefoot_Description, sender) == 8, "offset");
+static_assert(offsetof(surefoot_Description, joints_len) == 16, "offset");
+static_assert(offsetof(surefoot_Description, feet_len) == 20, "offset");
+static_assert(offsetof(surefoot_Description, reserved) == 24, "offset");
+static_assert(offsetof(surefoot_Description, crc) == 28, "offset");
+static_assert(offsetof(surefoot_Description, robot) == 32, "offset");
+static_assert(offsetof(surefoot_Description, world) == 64, "offset");
+static_assert(offsetof(surefoot_Description, config) == 96, "offset");
+static_assert(offsetof(surefoot_Description, conventions) == 128, "offset");
+static_assert(offsetof(surefoot_Description, robot_name) == 256, "offset");
+static_assert(offsetof(surefoot_Description, root_link) == 352, "offset");
+static_assert(offsetof(surefoot_Description, mass) == 448, "offset");
+static_assert(offsetof(surefoot_Description, joints) == 456, "offset");
+static_assert(offsetof(surefoot_Description, feet) == 7368, "offset");
+
+#define SUREFOOT_FOOT_SCHEDULE_TYPE_NAME "surefoot.FootSchedule.v1"
+#define SUREFOOT_FOOT_SCHEDULE_LAYOUT "3cab057ac4f6cbd2"
+/* Where a foot is, and when that changes. */
+typedef struct {
+    /* 1 while the foot carries the robot, 0 while it swings. */
+    uint64_t in_contact;
+    /* Plan time at which the foot lifts off or is set down next, s; -1 if that is not planned
+       yet. */
+    double changes_at;
+    /* 1 if position and rotation are known: where the sole stands or will be set down. */
+    uint64_t has_pose;
+    /* Position of the sole in the world, m. */
+    double position[3];
+    /* Rotation of the sole in the world, unit quaternion x, y, z, w. */
+    double rotation[4];
+} surefoot_FootSchedule;
+static_assert(sizeof(surefoot_FootSchedule) == 80, "size");
+static_assert(offsetof(surefoot_FootSchedule, in_contact) == 0, "offset");
+static_assert(offsetof(surefoot_FootSchedule, changes_at) == 8, "offset");
+static_assert(offsetof(surefoot_FootSchedule, has_pose) == 16, "offset");
+static_assert(offsetof(surefoot_FootSchedule, position) == 24, "offset");
+static_assert(offsetof(surefoot_FootSchedule, rotation) == 48, "offset");
+
+#define SUREFOOT_SET_POINT_TYPE_NAME "surefoot.SetPoint.v1"
+#define SUREFOOT_SET_POINT_LAYOUT "b21a106df5658d60"
+/* What the joints are to do at an instant. While no chunk follows in time the robot brakes along
+   its path as the last chunk says, and stands: the same point at zero velocity is published at
+   every tick, with FLAG_STARVED. */
+typedef struct {
+    /* SET_POINT_SCHEMA. */
+    uint64_t schema;
+    /* The sampler's id. */
+    uint64_t sampler_id;
+    /* The session of the planner. */
+    uint64_t session;
+    /* The plan. */
+    uint64_t plan_id;
+    /* Its epoch. */
+    uint64_t epoch;
+    /* Sequence number of its chunk. */
+    uint64_t sequence;
+    /* Number of this sampler's tick, from 1; a gap shows a missed message. */
+    uint64_t tick;
+    /* FLAG_STARVED, FLAG_FINISHED, FLAG_MISSED. */
+    uint32_t flags;
+    /* A SupportMode as its wire value. */
+    uint32_t mode;
+    /* Seconds of the plan a second, 0 to 1. */
+    double rate;
+    /* The robot. Its time is that of the plan; velocities and accelerations are those at rate.
+       The torque is the plan's, 0 where the plan states none. */
+    surefoot_Waypoint waypoint;
+    /* Left and right foot; the other entries are zero. */
+    surefoot_FootSchedule feet[SUREFOOT_CONTACTS_MAX];
+} surefoot_SetPoint;
+static_assert(sizeof(surefoot_SetPoint) == 2088, "size");
+static_assert(offsetof(surefoot_SetPoint, schema) == 0, "offset");
+static_assert(offsetof(surefoot_SetPoint, sampler_id) == 8, "offset");
+static_assert(offsetof(surefoot_SetPoint, session) == 16, "offset");
+static_assert(offsetof(surefoot_SetPoint, plan_id) == 24, "offset");
+static_assert(offsetof(surefoot_SetPoint, epoch) == 32, "offset");
+static_assert(offsetof(surefoot_SetPoint, sequence) == 40, "offset");
+static_assert(offsetof(surefoot_SetPoint, tick) == 48, "offset");
+static_assert(offsetof(surefoot_SetPoint, flags) == 56, "offset");
+static_assert(offsetof(surefoot_SetPoint, mode) == 60, "offset");
+static_assert(offsetof(surefoot_SetPoint, rate) == 64, "offset");
+static_assert(offsetof(surefoot_SetPoint, waypoint) == 72, "offset");
+static_assert(offsetof(surefoot_SetPoint, feet) == 1768, "offset");
 
 #endif

@@ -14,6 +14,7 @@ POLYGON_VERTICES_MAX = 16
 CORRECTIONS_MAX = 32
 REQUEST_ENDS_MAX = 16
 REASON_BYTES_MAX = 160
+NAME_BYTES_MAX = 88
 
 Digest = ctypes.c_uint8 * 32
 
@@ -132,7 +133,7 @@ class WorldCorrection(ctypes.Structure):
 
 
 class Feedback(ctypes.Structure):
-    LAYOUT = "aafddabfe77c6aff"
+    LAYOUT = "9399ac8419d9717b"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("controller_id", ctypes.c_uint64),
@@ -149,9 +150,11 @@ class Feedback(ctypes.Structure):
         ("duplicated", ctypes.c_uint64),
         ("gaps", ctypes.c_uint64),
         ("walked", ctypes.c_uint64),
+        ("brakes", ctypes.c_uint64),
+        ("stood", ctypes.c_double),
         ("busy", ctypes.c_uint32),
         ("corrections_len", ctypes.c_uint32),
-        ("reserved", ctypes.c_uint32),
+        ("moving", ctypes.c_uint32),
         ("crc", ctypes.c_uint32),
         ("stream", Digest),
         ("margins", Margins),
@@ -272,8 +275,115 @@ class SimulationState(ctypes.Structure):
         return "surefoot.SimulationState.v1"
 
 
+class Name(ctypes.Structure):
+    LAYOUT = "dcb871f7c53e1b91"
+    _fields_ = [
+        ("length", ctypes.c_uint64),
+        ("bytes", ctypes.c_uint8 * NAME_BYTES_MAX),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.Name.v1"
+
+
+class JointDescription(ctypes.Structure):
+    LAYOUT = "a75ca5742ed54fab"
+    _fields_ = [
+        ("name", Name),
+        ("kind", ctypes.c_uint64),
+        ("lower", ctypes.c_double),
+        ("upper", ctypes.c_double),
+        ("velocity", ctypes.c_double),
+        ("acceleration", ctypes.c_double),
+        ("effort", ctypes.c_double),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.JointDescription.v1"
+
+
+class FootDescription(ctypes.Structure):
+    LAYOUT = "1d8434594d4ba7fd"
+    _fields_ = [
+        ("name", Name),
+        ("link", Name),
+        ("position", ctypes.c_double * 3),
+        ("rotation", ctypes.c_double * 4),
+        ("polygon_len", ctypes.c_uint64),
+        ("polygon", (ctypes.c_double * 2) * POLYGON_VERTICES_MAX),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.FootDescription.v1"
+
+
+class Description(ctypes.Structure):
+    LAYOUT = "d6c6e80ae0d40a92"
+    _fields_ = [
+        ("schema", ctypes.c_uint64),
+        ("sender", ctypes.c_uint64),
+        ("joints_len", ctypes.c_uint32),
+        ("feet_len", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+        ("crc", ctypes.c_uint32),
+        ("robot", Digest),
+        ("world", Digest),
+        ("config", Digest),
+        ("conventions", ctypes.c_uint8 * 128),
+        ("robot_name", Name),
+        ("root_link", Name),
+        ("mass", ctypes.c_double),
+        ("joints", JointDescription * JOINTS_MAX),
+        ("feet", FootDescription * CONTACTS_MAX),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.Description.v1"
+
+
+class FootSchedule(ctypes.Structure):
+    LAYOUT = "3cab057ac4f6cbd2"
+    _fields_ = [
+        ("in_contact", ctypes.c_uint64),
+        ("changes_at", ctypes.c_double),
+        ("has_pose", ctypes.c_uint64),
+        ("position", ctypes.c_double * 3),
+        ("rotation", ctypes.c_double * 4),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.FootSchedule.v1"
+
+
+class SetPoint(ctypes.Structure):
+    LAYOUT = "b21a106df5658d60"
+    _fields_ = [
+        ("schema", ctypes.c_uint64),
+        ("sampler_id", ctypes.c_uint64),
+        ("session", ctypes.c_uint64),
+        ("plan_id", ctypes.c_uint64),
+        ("epoch", ctypes.c_uint64),
+        ("sequence", ctypes.c_uint64),
+        ("tick", ctypes.c_uint64),
+        ("flags", ctypes.c_uint32),
+        ("mode", ctypes.c_uint32),
+        ("rate", ctypes.c_double),
+        ("waypoint", Waypoint),
+        ("feet", FootSchedule * CONTACTS_MAX),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.SetPoint.v1"
+
+
 if __name__ == "__main__":
-    for message in [Waypoint, Contact, PlanChunk, Margins, RestState, WorldCorrection, Feedback, StancePoseData, PlanRequest, RequestRecord, PlanStatus, FootForce, SimulationState]:
+    for message in [Waypoint, Contact, PlanChunk, Margins, RestState, WorldCorrection, Feedback, StancePoseData, PlanRequest, RequestRecord, PlanStatus, FootForce, SimulationState, Name, JointDescription, FootDescription, Description, FootSchedule, SetPoint]:
         print(message.__name__, ctypes.sizeof(message))
         for name, _ in message._fields_:
             field = getattr(message, name)

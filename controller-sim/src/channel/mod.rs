@@ -8,4 +8,4 @@ pub(crate) mod stream_state;
 pub(crate) mod tuning;
 
 pub use state_publisher::StatePublisher;
-pub use stream_state::{ReceiverStats, Refusal};
+pub use stream_state::{ReceiverStats, Refusal, WalkProgress};

@@ -6,6 +6,8 @@
 //! that a planner that joins late, or missed a message, receives it. `journal` stores where the
 //! robot stands for the controller that takes over when this one is killed.
 
+use std::cell::Cell;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::subscriber::Subscriber;
@@ -18,14 +20,18 @@ use surefoot_shared_types::instance::tuning::{
     FEEDBACK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
 use surefoot_shared_types::instance::wake_pipe::{WakePipe, keep_polling};
-use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, WorldCorrection};
+use surefoot_shared_types::message::{
+    Check, Description, Feedback, Margins, PlanChunk, WorldCorrection,
+};
 
 pub use surefoot_shared_types::instance::error::ChannelError;
 
 use crate::channel::fault_injection::FaultInjection;
 use crate::channel::journal::Journal;
 use crate::channel::state_publisher::StatePublisher;
-use crate::channel::stream_state::{ChunkTriage, ReceiverStats, Refusal, StreamState};
+use crate::channel::stream_state::{
+    ChunkTriage, ReceiverStats, Refusal, StreamState, WalkProgress,
+};
 use crate::channel::tuning::{CLEANUP_INTERVAL, HEARTBEAT_INTERVAL};
 
 /// Result of checking a chunk.
@@ -85,6 +91,8 @@ pub struct PlanSubscriber {
 /// Publishes feedback.
 struct FeedbackPublisher {
     loan_pool: LoanPool<Feedback>,
+    /// What the robot does, which the feedback carries.
+    walk: Rc<Cell<WalkProgress>>,
     count: u64,
     published_at: Instant,
     /// Time of the last answer to a chunk. Heartbeats do not wake the planner.
@@ -142,6 +150,20 @@ impl PlanSubscriber {
         StatePublisher::open(&self.participant)
     }
 
+    /// Publishes what readers have to know of this controller's walks.
+    ///
+    /// # Errors
+    /// Shared memory is full, or the transport fails.
+    pub fn describe(&mut self, description: &Description) -> Result<(), ChannelError> {
+        self.participant.describe(description)
+    }
+
+    /// What the robot does, as the next feedback states it: to be kept up to date by the one who
+    /// moves the robot.
+    pub fn walk_progress(&self) -> Rc<Cell<WalkProgress>> {
+        Rc::clone(&self.feedback_publisher.walk)
+    }
+
     /// Loses and delays feedback messages, as the seed says. Any message may be lost, so the result
     /// must not change.
     pub fn inject_faults(&mut self, seed: u64) {
@@ -155,7 +177,8 @@ impl PlanSubscriber {
 
     /// Receives until the plan is finished, a chunk is refused, or `keep_going` returns false.
     /// `check_chunk` is called once per chunk, in order, after its CRC and its stream digest are
-    /// checked. Call it again to wait for a new plan or epoch.
+    /// checked, and `keep_going` between chunks, at least every few milliseconds. Call it again to
+    /// wait for a new plan or epoch.
     ///
     /// # Errors
     /// The transport or the journal fails.
@@ -236,7 +259,8 @@ impl PlanSubscriber {
 
     /// The current feedback.
     pub fn feedback(&self) -> Feedback {
-        self.stream_state.feedback(self.feedback_publisher.count)
+        let publisher = &self.feedback_publisher;
+        self.stream_state.feedback(publisher.count, publisher.walk.get())
     }
 
     /// Receives a chunk and answers it.
@@ -308,6 +332,7 @@ impl PlanSubscriber {
         }
         self.feedback_publisher.loan_pool.refill(LOANS_AHEAD)?;
         self.has_slept = true;
+        self.participant.refresh_description();
         self.participant.chunk_wake_pipe.wait(HEARTBEAT_INTERVAL);
         Ok(())
     }
@@ -329,6 +354,7 @@ impl FeedbackPublisher {
         participant.instance.reserve_segments()?;
         Ok(Self {
             loan_pool: LoanPool::new(publisher, FEEDBACK_POOL, LOANS_AHEAD)?,
+            walk: Rc::default(),
             count: 0,
             published_at: now(),
             answered_at: now(),
@@ -365,7 +391,7 @@ impl FeedbackPublisher {
 
     fn next_feedback(&mut self, stream_state: &StreamState) -> Feedback {
         self.count += 1;
-        stream_state.feedback(self.count)
+        stream_state.feedback(self.count, self.walk.get())
     }
 
     /// Sends feedback in a loaned sample.

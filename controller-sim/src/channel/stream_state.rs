@@ -15,6 +15,8 @@ use surefoot_shared_types::message::{
     WorldCorrection,
 };
 
+use crate::execution::plan_clock::StopCounts;
+
 /// A refused chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refusal {
@@ -43,6 +45,15 @@ pub struct ReceiverStats {
     pub foreign: u64,
 }
 
+/// What the robot does with the accepted chunks.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WalkProgress {
+    /// Whether it moves.
+    pub is_moving: bool,
+    /// Its stops under this controller.
+    pub stops: StopCounts,
+}
+
 /// What to do with a received chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ChunkTriage {
@@ -63,6 +74,8 @@ pub(crate) struct StreamState {
     rest_state: RestState,
     /// Chunks that the robot executed since its start.
     walked: u64,
+    /// The stops under the controllers before.
+    stops_before: StopCounts,
     corrections: heapless::Vec<WorldCorrection, CORRECTIONS_MAX>,
     /// Whether a chunk is being checked.
     busy: bool,
@@ -172,6 +185,7 @@ impl StreamState {
             progress: PlanProgress::none(),
             rest_state: bytemuck::Zeroable::zeroed(),
             walked: 0,
+            stops_before: StopCounts::default(),
             corrections: heapless::Vec::new(),
             busy: false,
             stats: ReceiverStats::default(),
@@ -191,6 +205,7 @@ impl StreamState {
             progress: PlanProgress::of_record(record),
             rest_state: feedback.rest_state,
             walked: feedback.walked,
+            stops_before: StopCounts { brakes: feedback.brakes, stood: feedback.stood },
             corrections: feedback.corrections().iter().copied().collect(),
             busy: false,
             stats: ReceiverStats {
@@ -302,9 +317,10 @@ impl StreamState {
         self.stats
     }
 
-    /// The `count`th feedback to the planner.
-    pub(crate) fn feedback(&self, count: u64) -> Feedback {
+    /// The `count`th feedback to the planner, of a robot that walks like this.
+    pub(crate) fn feedback(&self, count: u64, walk: WalkProgress) -> Feedback {
         let progress = &self.progress;
+        let StopCounts { brakes, stood } = self.stops_before.plus(walk.stops);
         let (plan_id, epoch) = progress.plan.unwrap_or_default();
         let refusal = progress.refusal;
         let mut corrections = [bytemuck::Zeroable::zeroed(); CORRECTIONS_MAX];
@@ -325,9 +341,11 @@ impl StreamState {
             duplicated: self.stats.duplicates,
             gaps: self.stats.gaps,
             walked: self.walked,
+            brakes,
+            stood,
             busy: u32::from(self.busy),
             corrections_len: self.corrections.len() as u32,
-            reserved: 0,
+            moving: u32::from(walk.is_moving),
             crc: 0,
             stream: progress.stream,
             margins: progress.margins,

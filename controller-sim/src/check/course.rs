@@ -1,6 +1,6 @@
 //! How a motion goes from waypoint to waypoint, and where the robot may stop on the way.
 
-use surefoot_shared_types::message::{Interpolation, PlanChunk, Waypoint};
+use surefoot_shared_types::message::{PlanChunk, Waypoint};
 
 use crate::base::comparison::is_at_most;
 use crate::kinematics::trajectory;
@@ -65,11 +65,6 @@ impl Stop {
         self.brake_at <= end && begin <= self.rest_at() + 0.5 * self.resume_seconds
     }
 
-    /// Whether the chunk moves smoothly.
-    pub fn is_smooth(chunk: &PlanChunk) -> bool {
-        Interpolation::from_wire(chunk.interpolation) == Some(Interpolation::Quintic)
-    }
-
     /// Where the robot comes to rest if it executes a chunk and no other: within a smooth chunk, at
     /// the end of straight lines.
     pub fn rest(chunk: &PlanChunk) -> Waypoint {
@@ -77,7 +72,7 @@ impl Stop {
         let end = waypoints[waypoints.len() - 1];
         let time = Self::of_chunk(chunk).rest_at();
         let next = waypoints.partition_point(|waypoint| waypoint.time <= time);
-        let is_inside = Self::is_smooth(chunk) && (1..waypoints.len()).contains(&next);
+        let is_inside = chunk.is_smooth() && (1..waypoints.len()).contains(&next);
         if is_inside {
             trajectory::between(&waypoints[next - 1], &waypoints[next], time).rested()
         } else {

@@ -142,6 +142,7 @@ fn delay_motion(checker: &Checker, actual: &mut PlanChunk, delay: f64) {
     for waypoint in &mut actual.waypoints[..actual.waypoints_len as usize] {
         waypoint.time = delay + begin + time_scale_min * (waypoint.time - begin);
     }
+    actual.brake_at = end_time(actual);
 }
 
 /// When the last waypoint of a chunk is reached, s.

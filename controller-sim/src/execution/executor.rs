@@ -12,7 +12,7 @@ use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{
-    Check, Contact, Feedback, PlanChunk, SimulationState, SupportMode, Waypoint, WorldCorrection,
+    Check, Contact, Feedback, PlanChunk, SupportMode, Waypoint, WorldCorrection,
 };
 use surefoot_shared_types::world::correction::corrected_digest;
 
@@ -23,7 +23,6 @@ use crate::check::segment::{MotionSegment, Violation};
 use crate::chunk::continuity::{Stance, check_transition, is_resting, stance_limbs};
 use crate::chunk::message_check::{Identity, check_identity, check_message};
 use crate::execution::recent_chunks::RecentChunks;
-use crate::execution::simulation::Simulation;
 use crate::kinematics::forward::{Configuration, Posture};
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
@@ -215,7 +214,7 @@ impl ChunkExecutor {
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
         let (mode, contacts, waypoints) = (mode_of(chunk), chunk.contacts(), chunk.waypoints());
-        if !Stop::is_smooth(chunk) {
+        if !chunk.is_smooth() {
             let course = Course::Straight;
             let segment = MotionSegment { mode, contacts, waypoints, course };
             return self.checker.check_segment(&segment, heartbeat);
@@ -300,19 +299,14 @@ impl ChunkExecutor {
         self.actual.as_ref().or(self.rest_state.as_ref())
     }
 
-    /// Executes an accepted chunk in simulated time; `publish` is called at every tick.
-    pub fn simulate(
-        &mut self,
-        simulation: &mut Simulation,
-        chunk: &PlanChunk,
-        publish: &mut dyn FnMut(&SimulationState),
-    ) {
-        simulation.execute(&mut self.checker, chunk, publish);
-    }
-
     /// The checker.
     pub fn checker(&self) -> &Checker {
         &self.checker
+    }
+
+    /// The checker, to compute with.
+    pub fn checker_mut(&mut self) -> &mut Checker {
+        &mut self.checker
     }
 
     /// The sequence number expected next: all before are accepted.

@@ -1,10 +1,14 @@
 //! Executes chunks on a simulated robot, with disturbances and in a world that may differ.
 
+pub mod chunk_walk;
 pub mod disturbance;
+pub mod executed_motion;
 pub mod executor;
 pub mod ground_truth;
+pub mod late_chunks;
 pub mod late_walk;
 pub mod plan_clock;
+pub(crate) mod plan_motion;
 pub mod recent_chunks;
 pub mod simulation;
 pub(crate) mod tuning;

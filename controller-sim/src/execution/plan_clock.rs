@@ -14,6 +14,35 @@ pub struct PlanClock {
     stops: Vec<Stop>,
     /// The end of the plan (s), once its last chunk is accepted.
     end: Option<f64>,
+    /// Time since the robot has waited for the plan, s.
+    seconds: f64,
+    history: Vec<PaceChange>,
+    counts: StopCounts,
+}
+
+/// How often a robot had to stop for want of a chunk.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct StopCounts {
+    /// How often it began to brake, or had to stay at a rest of the plan.
+    pub brakes: u64,
+    /// How long it stood, s.
+    pub stood: f64,
+}
+
+impl StopCounts {
+    /// Those of two plans together.
+    pub fn plus(self, other: Self) -> Self {
+        Self { brakes: self.brakes + other.brakes, stood: self.stood + other.stood }
+    }
+}
+
+/// A change of pace.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaceChange {
+    /// When it took place, s since the robot has waited for the plan.
+    pub at: f64,
+    /// The pace from there on, at its beginning.
+    pub pace: Pace,
 }
 
 /// How plan time passes.
@@ -44,7 +73,15 @@ impl PlanClock {
     /// A robot that stands at the beginning (s) of a plan, of which it has no chunk.
     pub fn new(begin: f64) -> Self {
         let start = Stop { brake_at: begin, seconds: 0.0, resume_seconds: 0.0 };
-        Self { pace: Pace::AtRest(0), stops: vec![start], end: None }
+        let pace = Pace::AtRest(0);
+        Self {
+            pace,
+            stops: vec![start],
+            end: None,
+            seconds: 0.0,
+            history: vec![PaceChange { at: 0.0, pace }],
+            counts: StopCounts::default(),
+        }
     }
 
     /// The robot has accepted the next chunk.
@@ -58,6 +95,51 @@ impl PlanClock {
     /// How plan time passes.
     pub fn pace(&self) -> Pace {
         self.pace
+    }
+
+    /// The changes of pace so far, in their order; the first one is the wait for the plan.
+    pub fn history(&self) -> &[PaceChange] {
+        &self.history
+    }
+
+    /// The stops of the accepted chunks, by the index that a [`Pace`] names; the first one is the
+    /// beginning of the plan.
+    pub fn stops(&self) -> &[Stop] {
+        &self.stops
+    }
+
+    /// Time since the robot has waited for the plan, s.
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// The stops so far.
+    pub fn counts(&self) -> StopCounts {
+        self.counts
+    }
+
+    /// Whether the robot stands and stays there without a further chunk.
+    pub fn is_at_rest(&self) -> bool {
+        self.is_finished() || matches!(self.pace, Pace::AtRest(_)) && !self.may_go_on()
+    }
+
+    /// How long the robot walks from here at most before it has to brake for want of a chunk, s;
+    /// no limit once the last chunk of the plan is accepted.
+    pub fn seconds_to_brake(&self) -> f64 {
+        if self.end.is_some() {
+            return f64::INFINITY;
+        }
+        let brake_at = self.stops[self.stops.len() - 1].brake_at;
+        let after_ramp = |chunk: usize, after: f64| {
+            let stop = &self.stops[chunk];
+            stop.resume_seconds - after + brake_at - (stop.rest_at() + 0.5 * stop.resume_seconds)
+        };
+        match self.pace {
+            Pace::Walking(time) => (brake_at - time).max(0.0),
+            Pace::GoingOn(chunk, after) => after_ramp(chunk, after).max(0.0),
+            Pace::AtRest(chunk) if self.may_go_on() => after_ramp(chunk, 0.0),
+            Pace::AtRest(_) | Pace::Braking(..) => 0.0,
+        }
     }
 
     /// Whether the robot has arrived at the end of the plan.
@@ -91,14 +173,28 @@ impl PlanClock {
     pub fn advance(&mut self, seconds: f64) {
         let mut left = seconds;
         // Each change of pace takes a part of the time; a stop without ramps takes none.
-        for _ in 0..=2 * self.stops.len() {
+        for _ in 0..=4 * self.stops.len() {
             let (next, used) = self.next_pace(left);
-            let is_over = used >= left;
-            (self.pace, left) = (next, left - used);
-            if is_over || matches!(self.pace, Pace::AtRest(_)) && !self.may_go_on() {
+            let (before, is_over) = (self.pace, used >= left);
+            if matches!(before, Pace::AtRest(chunk) if chunk > 0) {
+                self.counts.stood += used;
+            }
+            (self.pace, self.seconds, left) = (next, self.seconds + used, left - used);
+            self.record_change(before);
+            if is_over {
                 return;
             }
         }
+    }
+
+    /// Records a change from the pace before.
+    fn record_change(&mut self, before: Pace) {
+        let stands = |pace: Pace| matches!(pace, Pace::Braking(..) | Pace::AtRest(_));
+        if std::mem::discriminant(&before) == std::mem::discriminant(&self.pace) {
+            return;
+        }
+        self.counts.brakes += u64::from(!stands(before) && stands(self.pace));
+        self.history.push(PaceChange { at: self.seconds, pace: self.pace });
     }
 
     /// The pace after at most `left` s, and the time that this takes.
@@ -106,8 +202,10 @@ impl PlanClock {
         let last = self.stops.len() - 1;
         match self.pace {
             Pace::Walking(time) => {
-                let brakes = (self.end.is_none()).then_some(self.stops[last].brake_at);
-                let until = brakes.map_or(left, |at| (at - time).max(0.0));
+                if let Some(end) = self.end {
+                    return (Pace::Walking((time + left).min(end)), left);
+                }
+                let until = (self.stops[last].brake_at - time).max(0.0);
                 if until >= left {
                     return (Pace::Walking(time + left), left);
                 }

@@ -10,9 +10,9 @@ use surefoot_shared_types::message::simulation_state::{FootForce, STATE_SCHEMA};
 use surefoot_shared_types::message::{PlanChunk, SimulationState, Waypoint};
 
 use crate::check::checker::{Checker, SoleSupports};
-use crate::check::course::Stop;
+use crate::execution::chunk_walk::ChunkWalk;
+use crate::execution::plan_motion::planned_in;
 use crate::kinematics::forward::Configuration;
-use crate::kinematics::trajectory;
 use crate::statics::ContactLoad;
 
 /// Simulates accepted chunks, tick by tick.
@@ -21,12 +21,17 @@ pub struct Simulation {
     controller_id: u64,
     tick_seconds: f64,
     ticks: u64,
+    /// The supports of the soles in the chunk of the last tick.
+    supports: Option<(ChunkNumber, SoleSupports)>,
 }
+
+/// Plan, epoch and sequence number of a chunk.
+type ChunkNumber = (u64, u64, u64);
 
 impl Simulation {
     /// A controller's simulation with a tick every `tick_seconds`, which must be positive.
     pub fn new(controller_id: u64, tick_seconds: f64) -> Self {
-        Self { controller_id, tick_seconds, ticks: 0 }
+        Self { controller_id, tick_seconds, ticks: 0, supports: None }
     }
 
     /// Executes a chunk that `checker` accepts. `publish` is called once for every instant of the
@@ -37,12 +42,35 @@ impl Simulation {
         chunk: &PlanChunk,
         publish: &mut dyn FnMut(&SimulationState),
     ) {
-        let sole_supports = checker.sole_supports(chunk.contacts(), chunk.waypoints());
         for time in self.instants(chunk) {
-            let waypoint = waypoint_at(chunk, time, checker.model().joints.len());
-            self.ticks += 1;
-            publish(&self.state(checker, chunk, &sole_supports, &waypoint));
+            let waypoint = planned_in(chunk, time);
+            publish(&self.tick(checker, chunk, waypoint));
         }
+    }
+
+    /// The state of a robot that walks, at this instant: the next tick. Nothing before its first
+    /// plan.
+    pub fn state(&mut self, checker: &mut Checker, walk: &ChunkWalk) -> Option<SimulationState> {
+        let (chunk, waypoint) = walk.now()?;
+        Some(self.tick(checker, chunk, waypoint))
+    }
+
+    fn tick(
+        &mut self,
+        checker: &mut Checker,
+        chunk: &PlanChunk,
+        waypoint: Waypoint,
+    ) -> SimulationState {
+        let number = (chunk.plan_id, chunk.epoch, chunk.sequence);
+        let known = self.supports.take().filter(|(of, _)| *of == number);
+        let supports = known.map_or_else(
+            || checker.sole_supports(chunk.contacts(), chunk.waypoints()),
+            |(_, supports)| supports,
+        );
+        self.ticks += 1;
+        let state = self.state_of(checker, chunk, &supports, &waypoint);
+        self.supports = Some((number, supports));
+        state
     }
 
     fn instants(&self, chunk: &PlanChunk) -> impl Iterator<Item = f64> + use<> {
@@ -59,7 +87,7 @@ impl Simulation {
             .chain(at_end)
     }
 
-    fn state(
+    fn state_of(
         &self,
         checker: &mut Checker,
         chunk: &PlanChunk,
@@ -101,23 +129,4 @@ fn write_load(state: &mut SimulationState, load: &ContactLoad, joints: usize) {
         };
     }
     state.feet_len = load.feet.len().min(CONTACTS_MAX) as u32;
-}
-
-/// The interpolated waypoint at a time within the waypoints of a chunk.
-fn waypoint_at(chunk: &PlanChunk, time: f64, joints: usize) -> Waypoint {
-    let waypoints = chunk.waypoints();
-    let after = waypoints.partition_point(|waypoint| waypoint.time < time).min(waypoints.len() - 1);
-    let (from, to) = (&waypoints[after.saturating_sub(1)], &waypoints[after]);
-    let seconds = to.time - from.time;
-    if Stop::is_smooth(chunk) && seconds > 0.0 {
-        return trajectory::between(from, to, time.clamp(from.time, to.time));
-    }
-    let share = if seconds > 0.0 { ((time - from.time) / seconds).clamp(0.0, 1.0) } else { 1.0 };
-    let [start, end] = [from, to].map(|waypoint| Configuration::of_waypoint(waypoint, joints));
-    let Configuration { world_from_root, q } = start.towards(&end, share);
-    let mut waypoint = Waypoint { time, ..to.rested() };
-    waypoint.root_position = world_from_root.translation.to_array();
-    waypoint.root_rotation = world_from_root.rotation.to_array();
-    waypoint.q.iter_mut().zip(q).for_each(|(slot, position)| *slot = position);
-    waypoint
 }

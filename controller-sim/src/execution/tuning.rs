@@ -1,5 +1,5 @@
-//! The size of the simulated disturbances, and the distance at which a difference of the world is
-//! encountered.
+//! The size of the simulated disturbances, the distance at which a difference of the world is
+//! encountered, and the instants of a motion that is written as executed.
 
 // Misplaced feet.
 
@@ -14,3 +14,19 @@ pub(crate) const LANDING_ATTEMPTS_MAX: u64 = 4;
 
 /// A difference is encountered within this distance of the robot's path, m.
 pub(crate) const ENCOUNTER_DISTANCE_MAX: f64 = 0.05;
+
+// Chunks that come late.
+
+/// The longest delay of a late chunk, s.
+pub(crate) const DELAY_MAX: f64 = 3.0;
+/// Time between two instants of a walk with late chunks that are checked, s.
+pub(crate) const CHECK_TICK: f64 = 0.01;
+/// How far a number may be from where its speed leads within such a time, rad or m.
+pub(crate) const JUMP_MAX: f64 = 1e-3;
+
+// A motion as executed.
+
+/// The longest time between two waypoints where the robot brakes or goes on, s.
+pub(crate) const RAMP_INTERVAL: f64 = 0.01;
+/// The longest time between two waypoints where it stands, s.
+pub(crate) const STANDING_INTERVAL_MAX: f64 = 10.0;

@@ -20,6 +20,10 @@ pub enum Stream {
     Shortcut = 6,
     /// Samples of the methods that the planner is compared with.
     Method = 7,
+    /// Footholds anywhere about a route.
+    UniformFoothold = 8,
+    /// Which of many neighbours a foothold is connected with.
+    Connection = 9,
 }
 
 /// The generator of one object and attempt. It is cheap to make.

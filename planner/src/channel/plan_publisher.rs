@@ -20,7 +20,7 @@ use surefoot_shared_types::instance::tuning::{
     CHUNK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
 use surefoot_shared_types::instance::wake_pipe::keep_polling;
-use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};
+use surefoot_shared_types::message::{Description, Feedback, PlanChunk, WithCrc};
 
 pub use surefoot_shared_types::instance::error::ChannelError;
 
@@ -171,6 +171,7 @@ impl PlanPublisher {
         let mut idle: Option<(Feedback, u64)> = None;
         while keep_going() && received_at.elapsed() < longest {
             let Some(feedback) = self.latest_feedback()? else {
+                self.participant.refresh_description();
                 self.participant.feedback_wake_pipe.wait(WAIT_MAX);
                 continue;
             };
@@ -187,6 +188,14 @@ impl PlanPublisher {
             idle = Some((feedback, idle_heartbeats));
         }
         Ok(None)
+    }
+
+    /// Publishes what readers have to know of this planner's walks.
+    ///
+    /// # Errors
+    /// Shared memory is full, or the transport fails.
+    pub fn describe(&mut self, description: &Description) -> Result<(), ChannelError> {
+        self.participant.describe(description)
     }
 
     /// Whether a controller is connected. A killed one counts until a process cleans up.
@@ -286,6 +295,7 @@ impl PlanPublisher {
         }
         self.loans.refill(LOANS_AHEAD)?;
         state.has_slept = true;
+        self.participant.refresh_description();
         self.participant.feedback_wake_pipe.wait(WAIT_MAX);
         Ok(())
     }
@@ -468,7 +478,7 @@ fn send(ready: ReadyChunk) -> Result<usize, ChannelError> {
     }
 }
 
-/// Whether the controller was idle between two feedback messages.
+/// Whether the controller was idle between two feedback messages, and its robot stood.
 fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
     let position = |feedback: &Feedback| {
         (
@@ -479,7 +489,8 @@ fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
             feedback.walked,
         )
     };
-    after.busy == 0 && after.count > before.count && position(before) == position(after)
+    let stands = after.busy == 0 && after.moving == 0;
+    stands && after.count > before.count && position(before) == position(after)
 }
 
 #[allow(

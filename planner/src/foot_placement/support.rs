@@ -154,7 +154,7 @@ impl Surfaces {
             // Surfaces above the plate are no ground; those that pass through it obstruct.
             let near = |point: &&DVec3| (-tolerance..=self.config.plate_height).contains(&point.z);
             for &at in scratch.clip.polygon.iter().filter(near) {
-                scratch.contacts.ground.push(GroundPoint { at, is_carrying: false });
+                scratch.contacts.ground.push(GroundPoint { at, drop: 0.0, is_carrying: false });
             }
         }
         let buffer = &mut scratch.clip;
@@ -288,7 +288,7 @@ impl Contacts {
     /// Adds the vertices of a polygon in the sole frame, lower by `drop` (m), to the ground that
     /// carries.
     fn add_ground(&mut self, polygon: &[DVec3], drop: f64) {
-        let point = |&at: &DVec3| GroundPoint { at: at - drop * DVec3::Z, is_carrying: true };
+        let point = |&at: &DVec3| GroundPoint { at, drop, is_carrying: true };
         polygon.iter().map(point).for_each(|point| self.ground.push(point));
     }
 

@@ -30,11 +30,9 @@ impl ClipBuffer {
 
 /// The outward unit normals of a convex polygon's sides with their offsets.
 pub(crate) fn outward_sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, f64)> + '_ {
-    let next = polygon.iter().cycle().skip(1);
-    polygon.iter().zip(next).filter(|(a, b)| a.distance_squared(**b) > 0.0).map(|(a, b)| {
-        let along = (*b - *a).normalize();
-        let normal = DVec2::new(along.y, -along.x);
-        (normal, normal.dot(*a))
+    edges(polygon).filter(|(a, b)| a.distance_squared(*b) > 0.0).map(|(a, b)| {
+        let normal = -inward_normal(a, b);
+        (normal, normal.dot(a))
     })
 }
 

@@ -7,7 +7,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::geometry::polygon::{convex_hull, edges, inward_normal};
+use crate::geometry::polygon::{convex_hull, edges, outward_sides};
 
 /// Directions of tilt that are examined, in addition to those across the sides of the support and
 /// of the points that hold in these directions.
@@ -26,28 +26,40 @@ const ADVANCE_MIN: f64 = 1e-6;
 pub(crate) struct GroundPoint {
     /// Its position, m.
     pub(crate) at: DVec3,
+    /// How much lower a foot may find it that lands beside its place, m.
+    pub(crate) drop: f64,
     /// Whether the ground there carries.
     pub(crate) is_carrying: bool,
 }
 
+impl GroundPoint {
+    /// The lowest height at which a foot finds it, m.
+    fn height(&self) -> f64 {
+        self.at.z - self.drop
+    }
+}
+
 /// Clips the support `hull` (counter-clockwise, sole frame) of a foot on `ground` to the part that
-/// holds a centre of mass at `height` (m). `spare` is a buffer. A level ground clips nothing.
+/// holds a centre of mass at `height` (m). `spare` is a buffer, the points of `ground` get another
+/// order. A level ground clips nothing.
 pub(crate) fn clip_to_held(
     hull: &mut Vec<DVec2>,
     spare: &mut Vec<DVec2>,
-    ground: &[GroundPoint],
+    ground: &mut [GroundPoint],
     height: f64,
 ) {
-    let highest = ground.iter().map(|point| point.at.z).fold(f64::NEG_INFINITY, f64::max);
-    if ground.iter().all(|point| point.at.z >= highest - LEVEL_MAX) {
+    let highest = ground.iter().map(GroundPoint::height).fold(f64::NEG_INFINITY, f64::max);
+    if ground.iter().all(|point| point.height() >= highest - LEVEL_MAX) {
         return;
     }
+    let count = join(ground);
+    let ground = &ground[..count];
     let around = (0..DIRECTIONS).map(|k| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
         DVec2::new(cos, sin)
     });
     let directions: heapless::Vec<DVec2, DIRECTIONS_MAX> =
-        around.chain(across_sides(hull)).take(DIRECTIONS_MAX).collect();
+        around.chain(outward_sides(hull).map(|(normal, _)| normal)).take(DIRECTIONS_MAX).collect();
     let mut held: heapless::Vec<DVec2, DIRECTIONS_MAX> = heapless::Vec::new();
     for &direction in &directions {
         let (reach, at) = reach(ground, direction, height);
@@ -56,15 +68,29 @@ pub(crate) fn clip_to_held(
     }
     convex_hull(&mut held, spare);
     let between: heapless::Vec<DVec2, DIRECTIONS_MAX> =
-        across_sides(spare).take(DIRECTIONS_MAX).collect();
+        outward_sides(spare).map(|(normal, _)| normal).take(DIRECTIONS_MAX).collect();
     for direction in between {
         clip_beyond(hull, spare, direction, reach(ground, direction, height).0);
     }
 }
 
-/// The outward normals of a polygon's sides.
-fn across_sides(polygon: &[DVec2]) -> impl Iterator<Item = DVec2> + '_ {
-    edges(polygon).map(|(a, b)| -inward_normal(a, b)).filter(|normal| normal.is_finite())
+/// Moves the distinct places of the points to the front and returns their number. A corner of
+/// several faces carries if one of them does: a foot touches a peak from its gentlest side.
+fn join(ground: &mut [GroundPoint]) -> usize {
+    let by_place = |a: &GroundPoint, b: &GroundPoint| {
+        let axes = [0, 1, 2].map(|axis| a.at[axis].total_cmp(&b.at[axis]));
+        let place = axes[0].then(axes[1]).then(axes[2]);
+        place.then(b.is_carrying.cmp(&a.is_carrying)).then(a.drop.total_cmp(&b.drop))
+    };
+    ground.sort_unstable_by(by_place);
+    let mut count = 0;
+    for index in 0..ground.len() {
+        if count == 0 || ground[count - 1].at != ground[index].at {
+            ground[count] = ground[index];
+            count += 1;
+        }
+    }
+    count
 }
 
 /// How far along a direction the foot holds a centre of mass, m, and such a place; minus infinity
@@ -92,8 +118,8 @@ fn reach(ground: &[GroundPoint], direction: DVec2, height: f64) -> (f64, DVec2) 
 
 /// The highest point; of several the furthest, and one that carries before others.
 fn highest(ground: &[GroundPoint], along: impl Fn(&GroundPoint) -> f64) -> Option<&GroundPoint> {
-    let top = ground.iter().map(|point| point.at.z).fold(f64::NEG_INFINITY, f64::max);
-    let level = ground.iter().filter(|point| point.at.z >= top - LEVEL_MAX);
+    let top = ground.iter().map(GroundPoint::height).fold(f64::NEG_INFINITY, f64::max);
+    let level = ground.iter().filter(|point| point.height() >= top - LEVEL_MAX);
     level.max_by(|a, b| along(a).total_cmp(&along(b)).then(a.is_carrying.cmp(&b.is_carrying)))
 }
 
@@ -105,7 +131,7 @@ fn next_pivot<'a>(
 ) -> Option<(f64, &'a GroundPoint)> {
     let beyond = ground.iter().filter_map(|point| {
         let advance = along(point) - along(pivot);
-        (advance > ADVANCE_MIN).then(|| ((pivot.at.z - point.at.z) / advance, point))
+        (advance > ADVANCE_MIN).then(|| ((pivot.height() - point.height()) / advance, point))
     });
     beyond.min_by(|(a, p), (b, q)| {
         let carrying_first = || q.is_carrying.cmp(&p.is_carrying);
@@ -135,14 +161,15 @@ mod tests {
     const HEIGHT: f64 = 0.8;
 
     fn point(x: f64, y: f64, z: f64) -> GroundPoint {
-        GroundPoint { at: DVec3::new(x, y, z), is_carrying: true }
+        GroundPoint { at: DVec3::new(x, y, z), drop: 0.0, is_carrying: true }
     }
 
     /// The extent along x of the held part of a sole of 0.2 m by 0.1 m.
     fn held(ground: &[GroundPoint]) -> [f64; 2] {
+        let mut ground = ground.to_vec();
         let mut hull =
             [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from).to_vec();
-        clip_to_held(&mut hull, &mut Vec::new(), ground, HEIGHT);
+        clip_to_held(&mut hull, &mut Vec::new(), &mut ground, HEIGHT);
         hull.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
             [low.min(at.x), high.max(at.x)]
         })
@@ -179,5 +206,18 @@ mod tests {
         assert!((low + wanted).abs() < 1e-12 && (high - wanted).abs() < 1e-12, "{low} {high}");
         ground.iter_mut().filter(|at| at.at.x == 0.0).for_each(|rib| rib.is_carrying = false);
         assert_eq!(held(&ground), [f64::INFINITY, f64::NEG_INFINITY]);
+    }
+
+    #[test]
+    fn a_peak_carries_if_one_of_its_faces_does() {
+        let mut ground = rows(&[(-0.1, 0.0), (0.0, 0.0), (0.1, -1e-3)]);
+        let wanted = held(&ground);
+        for point in ground.clone() {
+            ground.push(GroundPoint { is_carrying: false, ..point });
+        }
+        assert_eq!(held(&ground), wanted);
+        let steep = GroundPoint { is_carrying: false, ..point(0.05, 0.0, 0.0) };
+        let [_, high] = held(&[ground, vec![steep]].concat());
+        assert!(high < wanted[1], "{high} {wanted:?}");
     }
 }

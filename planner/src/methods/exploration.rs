@@ -20,6 +20,8 @@ use crate::preparation::necessary;
 const LINE_STEP: f64 = 0.1;
 /// Longest line, seen from above, relative to the radius of the discs.
 const LINE_SHARE: f64 = 0.75;
+/// Highest root in E above that of the standing robot, relative to its height over the ground.
+pub(crate) const ROOT_HEIGHT_SHARE: f64 = 1.1;
 /// Most samples.
 pub(crate) const POINTS_MAX: usize = 1_024;
 /// The index of the start and of the goal.
@@ -51,6 +53,8 @@ pub(crate) struct Exploration {
     /// The points of the route found last.
     route: Vec<u32>,
     bounds: [DVec3; 2],
+    /// Largest roll, pitch and yaw of samples, rad.
+    angles_max: [f64; 3],
     draws: u64,
 }
 
@@ -67,6 +71,7 @@ impl Exploration {
             is_done: filled(false, POINTS_MAX),
             route: reserve(POINTS_MAX),
             bounds: [DVec3::ZERO; 2],
+            angles_max: [PI; 3],
             draws: 0,
         }
     }
@@ -77,6 +82,13 @@ impl Exploration {
         self.points.extend(ends.map(coordinates));
         self.line = Line { from: 1, to: 0, next: 0 };
         self.bounds = bounds;
+        self.joined.fill(0);
+        self.used.fill(0);
+    }
+
+    /// Draws samples with the root upright, of one heading.
+    pub fn keep_upright(&mut self) {
+        self.angles_max = [0.0; 3];
     }
 
     /// Number of samples, start and goal excluded.
@@ -96,7 +108,7 @@ impl Exploration {
         self.draws += 1;
         let [low, high] = self.bounds;
         let at = [0, 1, 2].map(|axis| random.uniform(low[axis], high[axis]));
-        let angles = [0, 1, 2].map(|_| random.uniform(-PI, PI));
+        let angles = self.angles_max.map(|half| random.uniform(-half, half));
         let point = [at[0], at[1], at[2], angles[0], angles[1], angles[2]];
         if holds(bench, &point) {
             self.points.push(point);

@@ -135,7 +135,7 @@ impl Lattice {
         }
         self.reached[stance] = self.reached[stance].min(node.cost);
         let goal = &graph.footholds()[goals[foothold.limb] as usize];
-        let estimate = HEURISTIC_WEIGHT * foothold.distance(goal) / step_max(bench);
+        let estimate = HEURISTIC_WEIGHT * foothold.distance(goal) / bench.step_max();
         self.open.push(self.nodes.len() as u32, node.cost + estimate, 0);
         self.nodes.push(node);
         Ok(())
@@ -180,7 +180,7 @@ impl Lattice {
         let Some(landed) = landed else { return Ok(()) };
         let graph = &bench.roadmap.graph;
         let pair = [stance, landed].map(|id| &graph.footholds()[id as usize]);
-        let cost = from.cost + STEP_COST + pair[0].distance(pair[1]) / step_max(bench);
+        let cost = from.cost + STEP_COST + pair[0].distance(pair[1]) / bench.step_max();
         let is_goal = bench.roadmap.boundary(GOAL).footholds.contains(&landed);
         if cost >= self.reached[landed as usize] && !is_goal {
             return Ok(());
@@ -204,7 +204,7 @@ impl Lattice {
         step: usize,
     ) -> Result<Option<FootholdId>, ArenaFull> {
         let foothold = &bench.roadmap.graph.footholds()[stance as usize];
-        let (limb, ideal) = (1 - foothold.limb, step_from(foothold, step, step_max(bench)));
+        let (limb, ideal) = (1 - foothold.limb, step_from(foothold, step, bench.step_max()));
         let Some(landed) = foothold_near(bench, limb, ideal, self.test.adaptation()) else {
             return Ok(None);
         };
@@ -296,11 +296,6 @@ impl Lattice {
             + self.path.capacity() * size_of::<u32>()
             + self.prm.bytes()
     }
-}
-
-/// The longest level step, m.
-pub(crate) fn step_max(bench: &Workbench<'_>) -> f64 {
-    bench.context.preparation.step_limits().longest_level_step()
 }
 
 /// The transition from a stance onto another foothold, added if the graph does not have it.

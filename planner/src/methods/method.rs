@@ -18,11 +18,14 @@ pub enum Method {
     AstarAdaptive,
     /// A* over the same steps where C_S holds, with primitives alone [Grey 2.1, 4.1.1].
     BoundingBox,
+    /// Reachability-guided: one contact sequence along a guide route, one interpolation, else
+    /// another route (Tonneau 2018) [Grey 2.1].
+    Reachability,
 }
 
 impl Method {
     /// All methods.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Rpg,
         Self::WRpg,
         Self::Mmprm,
@@ -30,6 +33,7 @@ impl Method {
         Self::Astar,
         Self::AstarAdaptive,
         Self::BoundingBox,
+        Self::Reachability,
     ];
 
     /// The method's name on the command line and in reports.
@@ -42,6 +46,7 @@ impl Method {
             Self::Astar => "astar",
             Self::AstarAdaptive => "astar-adaptive",
             Self::BoundingBox => "bounding-box",
+            Self::Reachability => "reachability",
         }
     }
 

@@ -8,6 +8,7 @@ use crate::methods::lattice_steps::StepTest;
 use crate::methods::method::{Method, MethodParameters};
 use crate::methods::multi_modal_prm::{MultiModalPrm, are_ends_double};
 use crate::methods::random_mmp::RandomMmp;
+use crate::methods::reachability::Reachability;
 use crate::methods::w_rpg::WRpg;
 use crate::methods::workbench::{MethodEvent, Workbench};
 use crate::motion::ids::TransitionId;
@@ -21,6 +22,8 @@ pub(crate) enum MethodSearch {
     Tree(Box<RandomMmp>),
     /// A* over a set of steps.
     Lattice(Box<Lattice>),
+    /// Reachability-guided.
+    Guided(Box<Reachability>),
 }
 
 impl MethodSearch {
@@ -54,6 +57,9 @@ impl MethodSearch {
             Method::Astar => lattice(StepTest::Postures),
             Method::AstarAdaptive => lattice(StepTest::AdaptedPostures),
             Method::BoundingBox => lattice(StepTest::ExpandedGeometry),
+            Method::Reachability => {
+                Some(Self::Guided(Box::new(Reachability::new(parameters.route_samples, prm()))))
+            }
         }
     }
 
@@ -73,6 +79,7 @@ impl MethodSearch {
             Self::Sampling(w_rpg) => w_rpg.step(bench, budget),
             Self::Tree(tree) => tree.step(bench, budget),
             Self::Lattice(lattice) => lattice.step(bench, budget),
+            Self::Guided(guided) => guided.step(bench, budget),
         }
     }
 
@@ -82,6 +89,7 @@ impl MethodSearch {
             Self::Sampling(w_rpg) => w_rpg.prm.sequence(),
             Self::Tree(tree) => tree.prm.sequence(),
             Self::Lattice(lattice) => lattice.prm.sequence(),
+            Self::Guided(guided) => guided.prm.sequence(),
         }
     }
 
@@ -91,6 +99,7 @@ impl MethodSearch {
             Self::Sampling(w_rpg) => w_rpg.bytes(),
             Self::Tree(tree) => tree.bytes(),
             Self::Lattice(lattice) => lattice.bytes(),
+            Self::Guided(guided) => guided.bytes(),
         }
     }
 }

@@ -7,6 +7,7 @@
 
 pub(crate) mod disc_placements;
 pub(crate) mod exploration;
+pub(crate) mod guide_line;
 pub(crate) mod lattice;
 pub(crate) mod lattice_steps;
 pub mod method;
@@ -14,5 +15,6 @@ pub(crate) mod method_search;
 pub(crate) mod multi_modal_prm;
 pub(crate) mod placements;
 pub(crate) mod random_mmp;
+pub(crate) mod reachability;
 pub(crate) mod w_rpg;
 pub(crate) mod workbench;

@@ -14,7 +14,7 @@ use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
 use crate::base::random::{Random, Stream};
 use crate::constraints::foothold::left_and_right;
-use crate::methods::lattice::{step_max, transition};
+use crate::methods::lattice::transition;
 use crate::methods::multi_modal_prm::MultiModalPrm;
 use crate::methods::placements::{Adaptation, foothold_near};
 use crate::methods::workbench::{MethodEvent, Workbench};
@@ -208,7 +208,7 @@ impl RandomMmp {
         let footholds = bench.roadmap.graph.footholds();
         let stance = &footholds[stance as usize];
         let goal = bench.roadmap.boundary(GOAL).footholds[1 - stance.limb];
-        stance.distance(&footholds[goal as usize]) <= step_max(bench)
+        stance.distance(&footholds[goal as usize]) <= bench.step_max()
     }
 
     /// Samples the transitions of all steps.
@@ -310,7 +310,7 @@ fn landing(
     stance: FootholdId,
     random: &mut Random,
 ) -> Result<Option<FootholdId>, ArenaFull> {
-    let (foothold, reach) = (&bench.roadmap.graph.footholds()[stance as usize], step_max(bench));
+    let (foothold, reach) = (&bench.roadmap.graph.footholds()[stance as usize], bench.step_max());
     let (limb, side) = (1 - foothold.limb, side_of(1 - foothold.limb));
     let heading = rotation_about(DVec3::Z, yaw_of(foothold.world_from_sole.rotation));
     let (ahead, aside) = (random.uniform(-reach, reach), random.uniform(0.0, reach));

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::left_and_right;
 use crate::methods::disc_placements::SamplingArea;
-use crate::methods::exploration::Exploration;
+use crate::methods::exploration::{Exploration, ROOT_HEIGHT_SHARE};
 use crate::methods::method::MethodParameters;
 use crate::methods::multi_modal_prm::{MultiModalPrm, Progress};
 use crate::methods::workbench::{MethodEvent, Workbench};
@@ -20,8 +20,6 @@ use crate::motion::ids::{FootholdId, GOAL, START};
 
 /// Largest difference between the heights of start and goal on level ground, m.
 const LEVEL: f64 = 1e-3;
-/// Highest root in E above that of the standing robot, relative to its height over the ground.
-const ROOT_HEIGHT_SHARE: f64 = 1.1;
 /// Failed sequences that end a round.
 const SEQUENCES_PER_ROUND: u32 = 48;
 
@@ -102,8 +100,7 @@ impl WRpg {
 
     /// rho, m.
     fn disc_radius(&self, bench: &Workbench<'_>) -> f64 {
-        let step_max = bench.context.preparation.step_limits().longest_level_step();
-        self.parameters.disc_radius_share * step_max
+        self.parameters.disc_radius_share * bench.step_max()
     }
 
     /// Height of the ground, m.

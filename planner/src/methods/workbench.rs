@@ -75,6 +75,11 @@ impl MethodCounts {
 }
 
 impl Workbench<'_> {
+    /// The longest level step, m.
+    pub fn step_max(&self) -> f64 {
+        self.context.preparation.step_limits().longest_level_step()
+    }
+
     /// Advances the batch by at most `budget` units of work. Returns the units spent, and what it
     /// did once all its searches have ended.
     ///

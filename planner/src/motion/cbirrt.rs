@@ -19,8 +19,9 @@ use crate::motion::local_planner::{LocalPath, Progress};
 use crate::motion::swing_shapes::MotionShape;
 use crate::motion::tree_pool::TreeNode;
 use crate::motion::tuning::{
-    EXTENSION_WAYPOINTS_MAX, FREE_JOINT_SPREAD, METRES_PER_RADIAN, ROOT_SPREAD, ROOT_TURN_SPREAD,
-    SOLE_SPREAD, SOLE_TURN_SPREAD, TREE_SAMPLES_MAX,
+    DOUBLINGS_MAX, EXTENSION_WAYPOINTS_MAX, FREE_JOINT_SPREAD, GROWTH_FROM, METRES_PER_RADIAN,
+    RANDOM_NODE_EVERY, ROOT_SPREAD, ROOT_TURN_SPREAD, SAMPLES_DOUBLE_EVERY, SOLE_SPREAD,
+    SOLE_TURN_SPREAD, TREE_SAMPLES_LIMIT, TREE_SAMPLES_MAX,
 };
 use crate::motion::workspace::{Workspace, push};
 
@@ -73,12 +74,10 @@ impl Cbirrt {
             problem.random.1,
             u64::from(problem.failures),
         );
-        let samples_max =
-            TREE_SAMPLES_MAX[(problem.failures as usize).min(TREE_SAMPLES_MAX.len() - 1)];
         Self {
             random,
             sample: 0,
-            samples_max,
+            samples_max: samples_max(problem.failures),
             side: 0,
             goal: ExtensionGoal::Choose,
             parent: 0,
@@ -95,8 +94,7 @@ impl Cbirrt {
     /// holds the waypoints after the first end, the second end included.
     ///
     /// # Errors
-    /// The rejection of the last extension, once all samples are spent without a connection, and
-    /// [`Rejection::Discontinuous`] if a tree is full.
+    /// The rejection of the last extension, once all samples are spent without a connection.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
@@ -106,9 +104,6 @@ impl Cbirrt {
     ) -> Result<bool, Rejection> {
         if !workspace.local_planner.is_active() {
             root_trees(ends, workspace);
-            if workspace.trees.iter().any(|tree| tree.len() == tree.capacity()) {
-                return Err(Rejection::Discontinuous);
-            }
             self.choose(constraints, problem, ends, workspace);
             return Ok(false);
         }
@@ -169,7 +164,11 @@ impl Cbirrt {
         workspace: &mut Workspace,
     ) {
         let tree = &workspace.trees[self.side];
-        let near = nearest(tree, problem, target);
+        let is_random = matches!(goal, ExtensionGoal::Sample)
+            && box_scale(problem.failures) > 1.0
+            && self.random.below(RANDOM_NODE_EVERY) == 0;
+        let near =
+            if is_random { self.random.below(tree.len()) } else { nearest(tree, problem, target) };
         (self.goal, self.parent, self.added) = (goal, near as u32, 0);
         let exact = matches!(goal, ExtensionGoal::Tip(_));
         let local_path = LocalPath {
@@ -221,9 +220,12 @@ impl Cbirrt {
     }
 }
 
-/// Adds the root to each tree that is empty.
+/// Adds the root to each tree that is empty. A tree that is full begins anew.
 fn root_trees(ends: &[ModeState; 2], workspace: &mut Workspace) {
     for (tree, end) in workspace.trees.iter_mut().zip(ends) {
+        if tree.len() == tree.capacity() {
+            tree.clear();
+        }
         if tree.is_empty() {
             tree.push(TreeNode { state: *end, parent: 0 });
         }
@@ -278,6 +280,19 @@ fn shift_and_turn(x: &Pose, y: &Pose) -> f64 {
     shift(x, y) + METRES_PER_RADIAN * rotation_distance(x.rotation, y.rotation)
 }
 
+/// The number of samples of a search after this many failed ones.
+fn samples_max(failures: u32) -> u32 {
+    let first = TREE_SAMPLES_MAX[(failures as usize).min(TREE_SAMPLES_MAX.len() - 1)];
+    let doublings = (failures / SAMPLES_DOUBLE_EVERY).min(u32::BITS / 2);
+    (first << doublings).min(TREE_SAMPLES_LIMIT)
+}
+
+/// By how much the boxes of the samples are larger after this many failed searches.
+fn box_scale(failures: u32) -> f64 {
+    let grown = failures.saturating_sub(GROWTH_FROM) % (DOUBLINGS_MAX + 1);
+    f64::from(1u32 << grown)
+}
+
 /// A random state near the straight line between both ends.
 fn sample_target(
     constraints: &Constraints,
@@ -289,29 +304,40 @@ fn sample_target(
     let mut state = ends[0];
     let roots = ends.map(|end| end.configuration.world_from_root);
     let root = interpolate(&roots[0], &roots[1], share);
+    let scale = box_scale(problem.failures);
     let [root_spread, sole_spread] =
-        [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.robot.legs[0].reach());
-    let raise = if problem.mode.swing().is_some() { root_spread } else { 0.0 };
+        [ROOT_SPREAD, SOLE_SPREAD].map(|spread| scale * spread * constraints.robot.legs[0].reach());
+    let is_raised = problem.mode.swing().is_some() && scale == 1.0;
+    let raise = if is_raised { root_spread } else { 0.0 };
     state.configuration.world_from_root =
-        sample_near(&root, root_spread, raise, ROOT_TURN_SPREAD, random);
+        sample_near(&root, root_spread, raise, scale * ROOT_TURN_SPREAD, random);
     if let Some(limb) = problem.mode.swing() {
         let sole =
             interpolate(&ends[0].world_from_soles[limb], &ends[1].world_from_soles[limb], share);
         state.world_from_soles[limb] =
-            sample_near(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN_SPREAD, random);
+            sample_near(&sole, sole_spread, 0.5 * sole_spread, scale * SOLE_TURN_SPREAD, random);
     }
     let moves_free = random.below(2) == 1;
     for joint in &constraints.robot.free_joints {
         let [from, to] = ends.map(|end| end.configuration.q[joint.index]);
-        let offset = if moves_free && joint.is_sampled {
-            random.uniform(-FREE_JOINT_SPREAD, FREE_JOINT_SPREAD)
+        let between = from + share * (to - from);
+        state.configuration.q[joint.index] = if moves_free && joint.is_sampled {
+            free_position(between, scale, [joint.lower, joint.upper], random)
         } else {
-            0.0
+            between.clamp(joint.lower, joint.upper)
         };
-        state.configuration.q[joint.index] =
-            (from + share * (to - from) + offset).clamp(joint.lower, joint.upper);
     }
     state
+}
+
+/// A random position of a free joint near another, within its limits. With a grown box all
+/// positions that are both near and within the limits are equally likely.
+fn free_position(between: f64, scale: f64, [lower, upper]: [f64; 2], random: &mut Random) -> f64 {
+    let spread = scale * FREE_JOINT_SPREAD;
+    if scale > 1.0 {
+        return random.uniform((between - spread).max(lower), (between + spread).min(upper));
+    }
+    (between + random.uniform(-spread, spread)).clamp(lower, upper)
 }
 
 /// A random pose within a box of half width `spread` about a pose that is raised by `raise` (m),

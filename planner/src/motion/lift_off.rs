@@ -1,8 +1,11 @@
-//! Lift-off: a swing foot leaves its foothold straight along the sole's normal.
+//! Lift-off: a swing foot leaves its foothold straight along the sole's normal, or in a random
+//! direction where that has failed often.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 
+use crate::base::random::Random;
 use crate::collision::model::FootPhase;
 use crate::constraints::constraints::Constraints;
 use crate::constraints::mode::Mode;
@@ -10,7 +13,7 @@ use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::motion::local_planner::{LocalPath, LocalPlanner, Progress, feasible_state};
 use crate::motion::swing_shapes::MotionShape;
-use crate::motion::tuning::LIFT_HEIGHTS;
+use crate::motion::tuning::{ASIDE_MAX, ASIDE_TURN_MAX, LIFT_HEIGHTS};
 use crate::motion::workspace::push;
 use crate::robot::configuration::Configuration;
 
@@ -20,13 +23,27 @@ pub struct LiftOff {
     from: ModeState,
     /// Number of heights tried.
     tried: usize,
+    /// The displacement of the sole in its frame, if it does not leave along its normal.
+    displacement: Option<Pose>,
     lifted: ModeState,
 }
 
 impl LiftOff {
     /// A search from a state with the foot on its foothold.
     pub fn new(from: &ModeState) -> Self {
-        Self { from: *from, tried: 0, lifted: *from }
+        Self { from: *from, tried: 0, displacement: None, lifted: *from }
+    }
+
+    /// A search in a random direction: aside, and turned, while the sole rises.
+    pub fn aside(from: &ModeState, random: &mut Random) -> Self {
+        let mut within = |half: f64| random.uniform(-half, half);
+        let [x, y] = [within(ASIDE_MAX), within(ASIDE_MAX)];
+        let turn =
+            DVec3::new(within(ASIDE_TURN_MAX), within(ASIDE_TURN_MAX), within(ASIDE_TURN_MAX));
+        let height = random.uniform(LIFT_HEIGHTS[1], LIFT_HEIGHTS[0]);
+        let displacement =
+            Pose::from_parts(DVec3::new(x, y, height), rotation_from_scaled_axis(turn));
+        Self { displacement: Some(displacement), ..Self::new(from) }
     }
 
     /// Spends one work unit. Returns the state with the foot lifted once it is reached; `waypoints`
@@ -50,7 +67,8 @@ impl LiftOff {
             Err(rejection) => {
                 local_planner.stop();
                 self.tried += 1;
-                if self.tried < LIFT_HEIGHTS.len() { Ok(None) } else { Err(rejection) }
+                let is_last = self.tried == LIFT_HEIGHTS.len() || self.displacement.is_some();
+                if is_last { Err(rejection) } else { Ok(None) }
             }
         }
     }
@@ -65,7 +83,9 @@ impl LiftOff {
     ) -> Result<bool, Rejection> {
         if !local_planner.is_active() {
             waypoints.clear();
-            self.lifted = raised_state(constraints, mode, &self.from, LIFT_HEIGHTS[self.tried])?;
+            let straight = || Pose::from_translation(DVec3::Z * LIFT_HEIGHTS[self.tried]);
+            let displacement = self.displacement.unwrap_or_else(straight);
+            self.lifted = raised_state(constraints, mode, &self.from, &displacement)?;
             let local_path = LocalPath {
                 from: self.from,
                 to: self.lifted,
@@ -84,18 +104,20 @@ impl LiftOff {
     }
 }
 
-/// The state with the swing sole raised along its normal by `height`, m.
+/// The state with the swing sole displaced, in its frame.
 fn raised_state(
     constraints: &Constraints,
     mode: &Mode,
     state: &ModeState,
-    height: f64,
+    displacement: &Pose,
 ) -> Result<ModeState, Rejection> {
     let mut raised = *state;
     if let Some(limb) = mode.swing() {
         let sole = &mut raised.world_from_soles[limb];
-        *sole =
-            Pose::from_parts(sole.translation + sole.rotation * (DVec3::Z * height), sole.rotation);
+        *sole = Pose::from_parts(
+            sole.translation + sole.rotation * displacement.translation,
+            sole.rotation * displacement.rotation,
+        );
     }
     feasible_state(constraints, mode, &raised)
 }

@@ -3,7 +3,8 @@
 //! In a transition `(a | b)` foothold a carries all the weight and foothold b is touched. Its twin
 //! `(b | a)` lies at the other end of the double-support mode of both. From `(a | b)` the robot
 //! continues to the twin (double support), or swings its free foot to another foothold: `(a | c)`
-//! (single support on a).
+//! (single support on a). Two footholds may have several transitions with their twins: one for each
+//! configuration of Q(T).
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -15,7 +16,7 @@ use crate::motion::adjacency_lists::{AdjacencyLists, Swing};
 use crate::motion::ids::{FootholdId, TransitionId};
 use crate::motion::spatial_hash::SpatialHash;
 use crate::motion::transition::{Transition, TransitionPrior};
-use crate::motion::tuning::{SAME_DISTANCE_MAX, SAME_HALF_SINE_MAX};
+use crate::motion::tuning::{ALTERNATIVE_ATTEMPTS, SAME_DISTANCE_MAX, SAME_HALF_SINE_MAX};
 use crate::robot::configuration::Configuration;
 use crate::robot::crouch::Crouch;
 
@@ -31,6 +32,8 @@ pub struct ModeGraph {
     step_costs: Vec<f64>,
     configurations: Vec<Configuration>,
     connected: FootholdId,
+    /// The second footholds of all pairs on which a posture holds, ascending.
+    seconds_of_pairs: Vec<FootholdId>,
 }
 
 impl ModeGraph {
@@ -50,6 +53,7 @@ impl ModeGraph {
             step_costs: reserve(transitions_max / 2),
             configurations: reserve(configurations_max),
             connected: 0,
+            seconds_of_pairs: reserve(footholds_max / 2),
         }
     }
 
@@ -172,9 +176,18 @@ impl ModeGraph {
         self.swings_from(stance).map(|swing| swing.to)
     }
 
-    /// The transition `(stance | other)`, if the graph contains it.
+    /// The newest transition `(stance | other)`, if the graph contains one.
     pub fn find(&self, stance: FootholdId, other: FootholdId) -> Option<TransitionId> {
-        self.swings_from(stance).find(|swing| swing.other == other).map(|swing| swing.to)
+        self.find_all(stance, other).next()
+    }
+
+    /// The transitions `(stance | other)`, newest first: one for each configuration of Q(T).
+    pub fn find_all(
+        &self,
+        stance: FootholdId,
+        other: FootholdId,
+    ) -> impl Iterator<Item = TransitionId> + '_ {
+        self.swings_from(stance).filter(move |swing| swing.other == other).map(|swing| swing.to)
     }
 
     /// The foothold of the same foot with nearly the same pose, if there is one.
@@ -223,6 +236,22 @@ impl ModeGraph {
         Ok((self.footholds.len() - 1) as FootholdId)
     }
 
+    /// Adds two footholds of different feet on which a posture holds.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn add_pair(&mut self, [first, second]: [Foothold; 2]) -> Result<(), ArenaFull> {
+        self.add_foothold(first)?;
+        let second = self.add_foothold(second)?;
+        self.seconds_of_pairs.push(second);
+        Ok(())
+    }
+
+    /// The foothold with which this one was added as the second of a pair.
+    pub fn partner(&self, foothold: FootholdId) -> Option<FootholdId> {
+        self.seconds_of_pairs.binary_search(&foothold).is_ok().then(|| foothold - 1)
+    }
+
     /// Sets the crouch at a foothold.
     pub fn set_crouch(&mut self, foothold: FootholdId, crouch: Crouch) {
         self.footholds[foothold as usize].crouch = crouch;
@@ -266,6 +295,30 @@ impl ModeGraph {
         Ok(())
     }
 
+    /// Adds another transition on the footholds of one, and its twin, for a further configuration
+    /// of Q(T) each. Their first attempts are random: the primitive postures would give the same
+    /// configurations again.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn add_alternative(&mut self, id: TransitionId) -> Result<(), ArenaFull> {
+        let Transition { stance, other, .. } = self.transitions[id as usize];
+        self.connect(stance, other)?;
+        let last = self.transitions.len() as TransitionId - 1;
+        for id in [Self::twin(last), last] {
+            let transition = &mut self.transitions[id as usize];
+            transition.attempts = ALTERNATIVE_ATTEMPTS;
+            transition.extra_attempts = Some(0);
+        }
+        self.update_step_cost(last);
+        Ok(())
+    }
+
+    /// Whether less than a quarter of the transition arena is left.
+    pub fn is_nearly_full(&self) -> bool {
+        4 * self.transitions.len() > 3 * self.transitions.capacity()
+    }
+
     /// The first foothold that is not yet connected to those before it.
     pub fn connected(&self) -> FootholdId {
         self.connected
@@ -296,5 +349,6 @@ impl ModeGraph {
             + self.step_costs.capacity() * size_of::<f64>()
             + self.transitions.capacity() * size_of::<Transition>()
             + self.configurations.capacity() * size_of::<Configuration>()
+            + self.seconds_of_pairs.capacity() * size_of::<FootholdId>()
     }
 }

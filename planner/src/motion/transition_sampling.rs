@@ -4,6 +4,7 @@
 //! Without the lift-off test, configurations that no swing can leave or reach would be detected
 //! only by motions that fail, one sequence after another.
 
+use crate::base::random::{Random, Stream};
 use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::single_mode;
 use crate::constraints::mode::Mode;
@@ -117,7 +118,15 @@ impl TransitionSampling {
             u64::from(self.attempt),
         )?;
         let state = ModeState { configuration, world_from_soles: world_from_soles(pair) };
-        self.lift_off = Some((configuration, LiftOff::new(&state)));
+        let attempt = u64::from(self.attempt);
+        let lift_off = if transition_configuration::is_unbounded(attempt) {
+            let mut random =
+                Random::new(seed, Stream::Transition, u64::from(self.id) | 1 << 40, attempt);
+            LiftOff::aside(&state, &mut random)
+        } else {
+            LiftOff::new(&state)
+        };
+        self.lift_off = Some((configuration, lift_off));
         Ok(())
     }
 }

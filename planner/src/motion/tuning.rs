@@ -12,6 +12,10 @@ pub(crate) const SAME_DISTANCE_MAX: f64 = 0.01;
 /// angle.
 pub(crate) const SAME_HALF_SINE_MAX: f64 = 0.02;
 
+/// S(T) with which another transition on the same footholds begins: sampling skips the attempts
+/// before, which are primitive postures.
+pub(crate) const ALTERNATIVE_ATTEMPTS: u32 = 13;
+
 // Transition sequence.
 
 /// The penalty p for each failed single-mode search between two transitions, m^3 [Grey 4.4.2]. It
@@ -44,6 +48,10 @@ pub const ATTEMPTS_MAX: u32 = 24;
 /// Distances along the sole's normal by which a swing foot is lifted before it moves aside, m;
 /// tried in order.
 pub(crate) const LIFT_HEIGHTS: [f64; 2] = [0.02, 0.012];
+/// Largest distance along x and y of a lift-off in a random direction, m.
+pub(crate) const ASIDE_MAX: f64 = 0.03;
+/// Largest turn about each axis of a lift-off in a random direction, rad.
+pub(crate) const ASIDE_TURN_MAX: f64 = 0.15;
 
 // Local planner.
 
@@ -92,6 +100,20 @@ pub(crate) const SOLE_SPREAD: f64 = 0.75;
 pub(crate) const SOLE_TURN_SPREAD: f64 = 0.5;
 /// Spread of free joints about the straight line, rad; every other sample, on average, moves them.
 pub(crate) const FREE_JOINT_SPREAD: f64 = 0.6;
+
+/// Failed searches of a motion after which the boxes of its samples grow, and its searches become
+/// longer.
+pub(crate) const GROWTH_FROM: u32 = 4;
+/// Each failed search then doubles the boxes, up to this number of times; the next begins again
+/// with the smallest ones, which suit most motions.
+pub(crate) const DOUBLINGS_MAX: u32 = 4;
+/// Failed searches after which the number of samples of a search doubles.
+pub(crate) const SAMPLES_DOUBLE_EVERY: u32 = 5;
+/// Most samples of a CBiRRT search.
+pub(crate) const TREE_SAMPLES_LIMIT: u32 = 1024;
+/// One of this many samples with grown boxes extends a random node instead of the nearest one,
+/// because the metric does not count free joints.
+pub(crate) const RANDOM_NODE_EVERY: usize = 4;
 
 // Shortcuts.
 

@@ -96,11 +96,13 @@ pub(crate) fn stand_within(
     if !may_fit_aside(&error) {
         return Err(error);
     }
-    let mut moved = |limb: usize, offset: DVec3| {
+    let mut moved = |limb: usize, (offset, at): (DVec3, FootholdAt)| {
         let pose = Pose::from_parts(soles[limb].translation + offset, soles[limb].rotation);
+        let foothold = at(constraints, surfaces, scratch, limb, &pose).ok()?;
         // The foot must also be able to leave.
-        let is_free = constraints.collision.foot_hit(limb, &pose, FootPhase::LiftOff).is_none();
-        is_free.then(|| foothold_at(constraints, surfaces, scratch, limb, &pose).ok())?
+        let pose = &foothold.world_from_sole;
+        let is_free = constraints.collision.foot_hit(limb, pose, FootPhase::LiftOff).is_none();
+        is_free.then_some(foothold)
     };
     let alone = [0, 1].map(|limb| {
         let mut aside = || offsets(SOLE_OFFSETS, offset_max).find_map(|by| moved(limb, by));
@@ -128,15 +130,26 @@ fn may_fit_aside(error: &EndpointError) -> bool {
     }
 }
 
-/// Horizontal offsets up to `offset_max` (m), the smallest first.
-fn offsets([distances, directions]: [usize; 2], offset_max: f64) -> impl Iterator<Item = DVec3> {
-    (1..=distances).flat_map(move |step| {
-        let distance = offset_max * step as f64 / distances as f64;
-        (0..directions).map(move |direction| {
-            let (sin, cos) = libm::sincos(TAU * direction as f64 / directions as f64);
-            DVec3::new(distance * cos, distance * sin, 0.0)
+/// A way to find the foothold of a limb at a sole pose.
+type FootholdAt =
+    fn(&Constraints, &Surfaces, &mut Scratch, usize, &Pose) -> Result<Foothold, EndpointError>;
+
+/// Horizontal offsets up to `offset_max` (m), the smallest first: for a sole exactly there, then
+/// for one that is set down there.
+fn offsets(
+    [distances, directions]: [usize; 2],
+    offset_max: f64,
+) -> impl Iterator<Item = (DVec3, FootholdAt)> {
+    let around = move |at: FootholdAt| {
+        (1..=distances).flat_map(move |step| {
+            let distance = offset_max * step as f64 / distances as f64;
+            (0..directions).map(move |direction| {
+                let (sin, cos) = libm::sincos(TAU * direction as f64 / directions as f64);
+                (DVec3::new(distance * cos, distance * sin, 0.0), at)
+            })
         })
-    })
+    };
+    [foothold_at as FootholdAt, foothold_set_down].into_iter().flat_map(around)
 }
 
 /// Smallest support area under a foot that stands already, m2.
@@ -275,19 +288,8 @@ pub(crate) fn foothold_near(
     limb: usize,
     wanted: &Pose,
 ) -> Result<Foothold, EndpointError> {
-    let exact = foothold_at(constraints, surfaces, scratch, limb, wanted);
-    let Err(EndpointError::Unsupported { .. }) = exact else { return exact };
-    let sole = SoleToRest {
-        outline: &constraints.robot.soles[limb].polygon,
-        position: wanted.translation,
-        yaw: yaw_of(wanted.rotation),
-        reach_z: GROUND_Z,
-    };
-    if let Some(pose) = rest_pose(surfaces, scratch, &sole)
-        && let Ok(foothold) = foothold_at(constraints, surfaces, scratch, limb, &pose)
-    {
-        return Ok(foothold);
-    }
+    let set_down = foothold_set_down(constraints, surfaces, scratch, limb, wanted);
+    let Err(EndpointError::Unsupported { .. }) = set_down else { return set_down };
     let query = FootholdQuery {
         limb,
         ideal: *wanted,
@@ -305,7 +307,32 @@ pub(crate) fn foothold_near(
         nearest = is_near.then_some(placement.world_from_sole).or(nearest);
         ControlFlow::Continue(is_near)
     });
-    nearest.map_or(exact, |pose| foothold_at(constraints, surfaces, scratch, limb, &pose))
+    nearest.map_or(set_down, |pose| foothold_at(constraints, surfaces, scratch, limb, &pose))
+}
+
+/// The foothold at a sole pose, or where that has no support, the one in which the sole comes to
+/// rest when it is set down there.
+///
+/// # Errors
+/// That of the sole pose.
+fn foothold_set_down(
+    constraints: &Constraints,
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    limb: usize,
+    wanted: &Pose,
+) -> Result<Foothold, EndpointError> {
+    let exact = foothold_at(constraints, surfaces, scratch, limb, wanted);
+    let Err(EndpointError::Unsupported { .. }) = exact else { return exact };
+    let sole = SoleToRest {
+        outline: &constraints.robot.soles[limb].polygon,
+        position: wanted.translation,
+        yaw: yaw_of(wanted.rotation),
+        reach_z: GROUND_Z,
+    };
+    let rest = rest_pose(surfaces, scratch, &sole);
+    let rest = rest.map(|pose| foothold_at(constraints, surfaces, scratch, limb, &pose));
+    rest.and_then(Result::ok).map_or(exact, Ok)
 }
 
 /// The foothold exactly at a sole pose.

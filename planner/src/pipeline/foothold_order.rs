@@ -15,6 +15,8 @@ pub(crate) enum FootholdOrder {
     /// Perturb the footholds of the transitions of the current sequence, from `index` to `end`;
     /// `tried` perturbations of the first are done.
     Perturb { index: usize, tried: usize, end: usize },
+    /// Sample a round of footholds uniformly; this many are left.
+    Uniform { left: u32 },
 }
 
 /// The vertices of the route that a sweep visits, allocated once.

@@ -220,6 +220,41 @@ impl<'a> FootholdSampler<'a> {
         self.add_footholds(&query, graph, scratch)
     }
 
+    /// Adds a foothold of one foot at a pose, or the nearest one where the sole has no support
+    /// there. It is added even if there is one like it: a walk may need one of two that are nearer
+    /// to each other than others may be.
+    ///
+    /// # Errors
+    /// The foothold arena is full.
+    pub fn add_at(
+        &self,
+        pose: &Pose,
+        limb: usize,
+        name: (u64, u64),
+        graph: &mut ModeGraph,
+        scratch: &mut Scratch,
+    ) -> Result<(), ArenaFull> {
+        let query = FootholdQuery {
+            limb,
+            ideal: *pose,
+            reach_z: GROUND_Z,
+            yaw_spread: 0.0,
+            seed: self.seed,
+            name,
+            limits: LATER_LIMITS,
+            kept_max: 1,
+        };
+        let robot = &self.constraints.robot;
+        let mut result = Ok(());
+        query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
+            let polygon = placement.support.polygon;
+            let foothold = Foothold::of(robot, limb, placement.world_from_sole, polygon);
+            result = graph.add_foothold(foothold).map(|_| ());
+            ControlFlow::Break(())
+        });
+        result
+    }
+
     /// Both footholds of a transition, each at a random pose near its own in the same plane, if
     /// the robot reaches one from the other and some primitive posture holds there.
     pub fn perturbation(

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use crate::base::capacity::ArenaFull;
+use crate::base::random::{Random, Stream};
 use crate::base::work_budget::items_in;
 use crate::constraints::foothold::Foothold;
 use crate::foot_placement::Scratch;
@@ -17,7 +18,8 @@ use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
 
 /// Adds footholds to Gamma_M, as [`FootholdOrder`] says. A sweep and sampling near a transition
-/// take one unit of work for each foot and each transition, a perturbation one for each attempt.
+/// take one unit of work for each foot and each transition, a perturbation one for each attempt, a
+/// uniform round one for each foothold.
 /// Has no state: [`Search`] has the order.
 #[derive(Debug, Default)]
 pub(crate) struct FootholdStage;
@@ -39,6 +41,7 @@ impl FootholdStage {
             FootholdOrder::Perturb { index, tried, end } => {
                 perturb(context, search, (index, tried, end), budget)
             }
+            FootholdOrder::Uniform { left } => sample_uniformly(context, search, left),
         }
     }
 }
@@ -133,9 +136,7 @@ fn perturb(
     search.footholds.order = match found {
         None => FootholdOrder::Perturb { index, tried: tried_now, end },
         Some((_, footholds)) => {
-            for foothold in footholds {
-                search.roadmap.graph.add_foothold(foothold)?;
-            }
+            search.roadmap.graph.add_pair(footholds)?;
             next
         }
     };
@@ -155,4 +156,27 @@ fn first_perturbation(
         sampler.perturbation(id, (attempt as u64, sequences), graph, scratch)
     };
     context.threads.find_first(attempts, search.footholds.scratch.each_mut(), perturb)
+}
+
+/// Samples one foothold of a round of uniform ones; `left` are left.
+fn sample_uniformly(
+    context: &PlanningContext,
+    search: &mut Search,
+    left: u32,
+) -> Result<Event, ArenaFull> {
+    search.stats.work += 1;
+    if left == 0 {
+        return Ok(Event::Done);
+    }
+    search.footholds.order = FootholdOrder::Uniform { left: left - 1 };
+    let rounds = search.footholds.uniform.rounds;
+    let mut random = Random::new(context.seed, Stream::UniformFoothold, rounds, u64::from(left));
+    let route = search.route.route();
+    let vertex = random.below(route.vertex_count());
+    let ideal = search.footholds.uniform.draw(route.pose(vertex).position, &mut random);
+    let sampler = FootholdSampler::new(context);
+    let (graph, scratch) = (&mut search.roadmap.graph, &mut search.footholds.scratch[0]);
+    let name = (u64::from(left) | 1 << 43, rounds);
+    sampler.add_at(&ideal, left as usize % 2, name, graph, scratch)?;
+    Ok(Event::Continue)
 }

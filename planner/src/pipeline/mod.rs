@@ -39,6 +39,7 @@ mod stage_table;
 mod step_removal;
 mod timed_chunks;
 mod transition_estimates;
+mod uniform_rounds;
 
 pub use bottlenecks::Bottleneck;
 pub use endpoints::{Endpoint, foothold_at, stand_on};

@@ -43,6 +43,7 @@ use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
+use crate::pipeline::uniform_rounds::UniformRounds;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
 use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
@@ -256,6 +257,10 @@ impl<'a> PlannerBuilder<'a> {
             footholds: FootholdSampling {
                 order: FootholdOrder::Sweep { next: 0 },
                 selection: VertexSelection::new(2 * vertices_max),
+                uniform: UniformRounds::new(
+                    context.preparation.step_limits().longest_level_step(),
+                    context.constraints.collision.world_bounds(),
+                ),
                 scratch: [(); 2].map(|()| Scratch::new(placement)),
             },
             connections: Connections {
@@ -263,6 +268,7 @@ impl<'a> PlannerBuilder<'a> {
                 long_steps: false,
                 nearest_vertices: reserve(config.footholds_max as usize),
                 is_new_route: false,
+                uniform_from: None,
             },
             direct: DirectSteps::new(),
             segmentation: Segmentation::new(transitions_max),

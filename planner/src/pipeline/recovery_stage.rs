@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use crate::base::capacity::ArenaFull;
-use crate::motion::ids::TransitionId;
+use crate::motion::ids::{FootholdId, TransitionId, boundary_of};
+use crate::motion::mode_graph::ModeGraph;
+use crate::motion::roadmap::Roadmap;
 use crate::motion::transition_sequence::Objective;
 use crate::motion::tuning::ATTEMPTS_MAX;
 use crate::pipeline::bottlenecks::{Bottleneck, Bottlenecks, mid_feet_pose};
@@ -11,8 +13,10 @@ use crate::pipeline::direct_stage::reject_steps;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::recovery_policy::{RecoveryAction, detour_about};
 use crate::pipeline::search::Search;
-use crate::pipeline::segment_searches::SegmentState;
+use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};
+use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::stage::Event;
+use crate::pipeline::uniform_rounds::ROUND_FOOTHOLDS;
 use crate::possibility::{MidFeetPose, RouteSearch};
 use crate::preparation::planning_context::PlanningContext;
 
@@ -29,6 +33,9 @@ const MANY_ROUTES: u64 = 5;
 /// batch of failed attempts, or the first where no primitive posture holds on it.
 const PERTURBED_AT: Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
 
+/// Failed searches for a motion between two configurations after which others are sampled.
+const ALTERNATIVE_FAILURES: u32 = 3;
+
 /// Chooses what follows a failed segment, without any work: the next sequence, more footholds, a
 /// detour, another route, or longer steps. `recovery_policy.rs` says when.
 #[derive(Debug, Default)]
@@ -40,7 +47,7 @@ impl RecoveryStage {
     /// Recovers from the failure of the current segment.
     ///
     /// # Errors
-    /// None: the signature is that of all stages.
+    /// The transition arena is full.
     pub fn step(
         &mut self,
         _context: &PlanningContext,
@@ -53,11 +60,10 @@ impl RecoveryStage {
         let current = search.segments.current_mut();
         let is_disconnected = current.state == SegmentState::Disconnected;
         current.seek(Objective::Feasible);
-        Ok(if is_disconnected {
-            self.connect_frontiers(search)
-        } else {
-            self.replace_sequence(search)
-        })
+        if is_disconnected {
+            return Ok(self.connect_frontiers(search));
+        }
+        self.replace_sequence(search)
     }
 
     /// The place where most sequences failed, if any did.
@@ -66,8 +72,11 @@ impl RecoveryStage {
     }
 
     /// A sequence could not be completed: the next one is tried, or an action is taken near the
-    /// failures.
-    fn replace_sequence(&mut self, search: &mut Search) -> Event {
+    /// failures, and the transitions of failed motions get further configurations.
+    ///
+    /// # Errors
+    /// The transition arena is full.
+    fn replace_sequence(&mut self, search: &mut Search) -> Result<Event, ArenaFull> {
         let graph = &search.roadmap.graph;
         let cost = |id: &TransitionId| graph.transitions()[*id as usize].cost();
         let current = search.segments.current_mut();
@@ -75,8 +84,11 @@ impl RecoveryStage {
         let action = current.recovery.count_failure(cost_max);
         let worst = worst_failure(search);
         let place = place_of(search, worst);
+        if action.is_some() {
+            add_alternatives(&mut search.roadmap, &search.segmentation, search.segments.current())?;
+        }
         self.bottlenecks.count_failure(place);
-        match action {
+        Ok(match action {
             None => try_next(search, worst),
             Some(RecoveryAction::Resweep) => {
                 select_failures(search);
@@ -91,11 +103,14 @@ impl RecoveryStage {
                 let vertex = search.route.route().nearest_vertex(place.position);
                 begin_detour(search, vertex, place)
             }
+            Some(RecoveryAction::NewRoute) if search.footholds.uniform.is_due() => {
+                begin_uniform(search)
+            }
             Some(RecoveryAction::NewRoute) => {
                 block_failures(search);
                 leave_route(search, place)
             }
-        }
+        })
     }
 
     /// No sequence connects both ends of the segment: more footholds are sampled where the
@@ -118,6 +133,7 @@ impl RecoveryStage {
                 search.connections.begin_long_steps();
                 Event::LongSteps
             }
+            RecoveryAction::NewRoute if search.footholds.uniform.is_due() => begin_uniform(search),
             RecoveryAction::NewRoute => leave_route(search, frontier),
         }
     }
@@ -170,6 +186,44 @@ fn try_next(search: &mut Search, index: usize) -> Event {
         return Event::Done;
     }
     search.footholds.order = FootholdOrder::Perturb { index, tried: 0, end: index + 1 };
+    Event::NeedsFootholds
+}
+
+/// Adds a further transition, for another configuration of Q(T), at each end of the motions that
+/// failed again and again between two configurations: others on the same footholds may be joined.
+/// Does nothing once the arena is nearly full.
+fn add_alternatives(
+    roadmap: &mut Roadmap,
+    segmentation: &Segmentation,
+    current: &SegmentSearch,
+) -> Result<(), ArenaFull> {
+    let segment = segmentation.segment(current.segment, &current.sequence);
+    let mut last = None;
+    for index in 0..=current.sequence.len() {
+        let edge = segment.edge(index);
+        let record = roadmap.edges.get(edge.from, edge.to);
+        if record.motion.is_some() || record.failures < ALTERNATIVE_FAILURES {
+            continue;
+        }
+        for node in [edge.from, edge.to] {
+            let pair = node.min(ModeGraph::twin(node));
+            let is_new = boundary_of(node).is_none() && last.replace(pair) != Some(pair);
+            if is_new && !roadmap.graph.is_nearly_full() {
+                roadmap.graph.add_alternative(node)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Begins a round of uniform footholds. From the first on, footholds of any heading may be used.
+fn begin_uniform(search: &mut Search) -> Event {
+    if search.footholds.uniform.rounds == 1 {
+        search.connections.nearest_vertices.clear();
+    }
+    let first = search.roadmap.graph.footholds().len() as FootholdId;
+    search.connections.uniform_from = Some(first);
+    search.footholds.order = FootholdOrder::Uniform { left: ROUND_FOOTHOLDS };
     Event::NeedsFootholds
 }
 

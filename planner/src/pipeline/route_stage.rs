@@ -8,7 +8,9 @@ use crate::pipeline::direct_stage::poses_between;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
-use crate::possibility::{CrouchContext, Progress, StageContext, UpperBody, UpperBodyFit};
+use crate::possibility::{
+    CrouchContext, Progress, RouteCondition, StageContext, UpperBody, UpperBodyFit,
+};
 use crate::preparation::planning_context::PlanningContext;
 
 /// Work units in which most routes are found. Without a route after them, the relaxed problem is
@@ -110,7 +112,7 @@ impl RouteStage {
         let poses = poses_between(start, goal).filter(|_| may_step);
         let Some(poses) = poses else { return false };
         search.stats.work += 1;
-        let fit = self.context(context).fit_between(&start, &goal, false);
+        let fit = self.context(context).fit_between(&start, &goal, RouteCondition::UpperBody);
         if fit != Some(UpperBodyFit::Upright) {
             return false;
         }
@@ -171,6 +173,7 @@ fn begin_route(search: &mut Search) {
     let is_whole = !(0..vertices).any(has_placements) || stats.routes == 0;
     footholds.selection.select(vertices, |vertex| is_whole || has_placements(vertex));
     stats.routes += 1;
+    stats.routes_under_c_n += u64::from(route.condition() == RouteCondition::Necessary);
     stats.route_edges = route.route().labelled();
     search.connections.begin_route();
     search.crouch.begin();

@@ -12,6 +12,7 @@ use crate::pipeline::outcome::Outcome;
 use crate::pipeline::segment_searches::SegmentSearches;
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::stage::WorkCategory;
+use crate::pipeline::uniform_rounds::UniformRounds;
 use crate::possibility::{CrouchProfile, LabelStats, RouteSearch};
 use crate::preparation::planning_context::PlanningContext;
 
@@ -51,6 +52,8 @@ pub(crate) struct FootholdSampling {
     pub order: FootholdOrder,
     /// The vertices that a sweep visits.
     pub selection: VertexSelection,
+    /// The rounds of uniform footholds.
+    pub uniform: UniformRounds,
     /// Memory for foot placement queries of two threads.
     pub scratch: [Scratch; 2],
 }
@@ -66,6 +69,8 @@ pub(crate) struct Connections {
     pub nearest_vertices: Vec<u32>,
     /// Whether the route is new, so that primitives are to be laid along it.
     pub is_new_route: bool,
+    /// The first foothold of a uniform round that is not connected yet.
+    pub uniform_from: Option<FootholdId>,
 }
 
 impl Connections {
@@ -140,6 +145,8 @@ pub struct SearchStats {
     pub sequences: u64,
     /// Guide routes followed, detours included.
     pub routes: u64,
+    /// Guide routes found under C_N alone, where no route meets the other conditions of stage P.
+    pub routes_under_c_n: u64,
     /// Whether stage P found no route, so that a straight line was tried.
     pub used_straight_line: bool,
     /// Most segments of a route that shared a batch.

@@ -47,7 +47,9 @@ impl SegmentationStage {
             SEGMENT_VERTICES
         });
         let vertices = search.route.route().vertex_count();
-        if vertex + SEGMENT_VERTICES / 2 >= vertices || search.roadmap.is_full_of_boundaries() {
+        let is_last =
+            vertex + SEGMENT_VERTICES / 2 >= vertices || search.footholds.uniform.rounds > 0;
+        if is_last || search.roadmap.is_full_of_boundaries() {
             search.segmentation.push(GOAL, vertices - 1);
             search.segments.begin_route(search.segmentation.len());
             search.footholds.order = FootholdOrder::Sweep { next: 0 };

@@ -77,7 +77,8 @@ fn start_transitions(
         SupportMode::Left => graph.of_stance(left).take(STARTS_MAX).collect(),
         SupportMode::Right => graph.of_stance(right).take(STARTS_MAX).collect(),
         SupportMode::Double => {
-            [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect()
+            let from_left = graph.find_all(left, right).take(STARTS_MAX / 2);
+            from_left.chain(graph.find_all(right, left).take(STARTS_MAX / 2)).collect()
         }
     }
 }

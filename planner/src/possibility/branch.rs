@@ -12,6 +12,7 @@ use crate::constraints::foothold::FootPlacement;
 use crate::foot_placement::{FootPlacementConfig, Scratch};
 use crate::possibility::extension::{Extend, Extension};
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tree::{Tip, Vertex, tip_at};
 use crate::possibility::tuning::{BRANCH_VERTICES_MAX, BRANCHES_MAX};
 use crate::possibility::vertex_candidates::{FootScratch, StageContext, VertexCandidate};
@@ -88,7 +89,7 @@ impl Branch {
             backward: false,
             heading_offset: 0.0,
             joins: false,
-            relaxed: false,
+            condition: RouteCondition::UpperBody,
             spacing: 0.0,
         };
         Self {
@@ -128,7 +129,12 @@ impl Branch {
             );
             match extended {
                 Extend::Advanced { candidate, stride }
-                    if !context.has_step_between(tip.placements, &candidate.placements) =>
+                    if !has_step(
+                        context,
+                        self.extension.condition,
+                        tip.placements,
+                        &candidate.placements,
+                    ) =>
                 {
                     first = stride + 1
                 }
@@ -148,6 +154,7 @@ impl Branch {
     ) -> u64 {
         let tip = tip_of(&self.from, &self.grown, placements);
         let (is_long, name) = (self.is_long(tip.pose), self.extension_name());
+        let condition = self.extension.condition;
         let scratch = &mut self.scratch;
         let extend = || {
             (!is_long).then(|| {
@@ -163,10 +170,8 @@ impl Branch {
         let has_step = || {
             let before = self.untested_stride.and_then(|_| self.grown.split_last());
             before.is_none_or(|(_, before)| {
-                context.has_step_between(
-                    tip_of(&self.from, before, placements).placements,
-                    tip.placements,
-                )
+                let from = tip_of(&self.from, before, placements);
+                has_step(context, condition, from.placements, tip.placements)
             })
         };
         let (extended, has_step) = context.threads.join(extend, has_step);
@@ -211,6 +216,17 @@ impl Branch {
     fn extension_name(&self) -> u64 {
         self.name << 7 | self.grown.len() as u64
     }
+}
+
+/// Whether a step leads from one of some placements to one of others, where the condition asks for
+/// it.
+fn has_step(
+    context: &StageContext<'_>,
+    condition: RouteCondition,
+    from: &[FootPlacement],
+    to: &[FootPlacement],
+) -> bool {
+    condition == RouteCondition::Necessary || context.has_step_between(from, to)
 }
 
 /// The tip of a branch that began at a vertex.

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use surefoot_shared_types::base::spatial::wrap_angle;
 
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tuning::{
     EDGE_CLIMB_MAX, EXTENSION_STRIDES, JOINING_SPACINGS, JOINING_TURN_MAX, PROGRESS_MIN,
     STRIDES_AHEAD, TURN_DRIFT_MAX,
@@ -27,8 +28,8 @@ pub struct Extension {
     pub heading_offset: f64,
     /// Whether it ends at the target pose, heading included; else anywhere near its position.
     pub joins: bool,
-    /// Whether C_N alone suffices.
-    pub relaxed: bool,
+    /// What vertices and edges must satisfy.
+    pub condition: RouteCondition,
     /// Distance between vertices, m.
     pub spacing: f64,
 }
@@ -81,7 +82,7 @@ impl Extension {
             let query = VertexQuery {
                 pose: desired,
                 target_height: self.target.position.z,
-                relaxed: self.relaxed,
+                condition: self.condition,
                 name: name << 3 | index as u64,
             };
             let Some(candidate) = context.find_candidate(&query, scratch) else { continue };
@@ -90,7 +91,7 @@ impl Extension {
             {
                 continue;
             }
-            if let Some(fit) = context.fit_between(tip, &candidate.pose, self.relaxed) {
+            if let Some(fit) = context.fit_between(tip, &candidate.pose, self.condition) {
                 let is_upright = candidate.is_upright && fit == UpperBodyFit::Upright;
                 return Extend::Advanced {
                     candidate: VertexCandidate { is_upright, ..candidate },
@@ -143,8 +144,14 @@ impl Extension {
 
     /// Whether the height difference between two poses is within one step.
     fn may_climb(&self, context: &StageContext<'_>, from: &MidFeetPose, to: &MidFeetPose) -> bool {
-        (to.position.z - from.position.z).abs()
-            <= EDGE_CLIMB_MAX[usize::from(self.relaxed)] * context.constraints.robot.shorter_reach()
+        let climb_max = match self.condition {
+            RouteCondition::UpperBody => {
+                EDGE_CLIMB_MAX[0] * context.constraints.robot.shorter_reach()
+            }
+            RouteCondition::Root => EDGE_CLIMB_MAX[1] * context.constraints.robot.shorter_reach(),
+            RouteCondition::Necessary => context.preparation.step_limits().reach(),
+        };
+        (to.position.z - from.position.z).abs() <= climb_max
     }
 
     /// The fit of the upper body between the tip and the target; `None` if the target is not
@@ -157,7 +164,7 @@ impl Extension {
             || turn.abs() <= JOINING_TURN_MAX && self.may_climb(context, tip, &self.target);
         match (is_near, self.joins) {
             (true, false) => Some(UpperBodyFit::Upright),
-            (true, true) if may_join() => context.fit_between(tip, &self.target, self.relaxed),
+            (true, true) if may_join() => context.fit_between(tip, &self.target, self.condition),
             _ => None,
         }
     }

@@ -2,10 +2,11 @@
 //!
 //! Gamma_P is a pair of trees over the mid-feet pose, which grow from the start and from the goal.
 //! Only the distance between poses directs them; stage M plans whole-body configurations. A pose
-//! becomes a vertex if the necessary conditions C_N hold: both feet find placements within reach,
-//! and the upper body is free. The sufficient conditions C_S are soft: routes on which the upright
-//! robot is free come first, and C_S is dropped only if there are none. The result is a guide
-//! route, whose placements stage M uses.
+//! becomes a vertex if both feet find placements within reach, and the upper body is free in one of
+//! some crouches. The sufficient conditions C_S are soft: routes on which the upright robot is free
+//! come first, and C_S is dropped only if there are none. Where these conditions give no route, the
+//! necessary conditions C_N alone are asked for, because a walk may exist where the others fail.
+//! The result is a guide route, whose placements stage M uses.
 //!
 //! The trees leave height and pitch of the root open; the crouch profile chooses them.
 
@@ -14,6 +15,8 @@ pub mod crouch_profile;
 pub mod edge_labels;
 pub(crate) mod guide_route;
 pub mod mid_feet_pose;
+pub(crate) mod root_poses;
+pub mod route_condition;
 pub(crate) mod route_run;
 pub mod route_search;
 pub(crate) mod route_shortcuts;
@@ -26,6 +29,7 @@ pub use edge_labels::Label;
 pub use forest::LabelStats;
 pub use guide_route::GuideRoute;
 pub use mid_feet_pose::MidFeetPose;
+pub use route_condition::RouteCondition;
 pub use route_run::Progress;
 pub use route_search::RouteSearch;
 pub use upper_body::{UpperBody, UpperBodyFit};

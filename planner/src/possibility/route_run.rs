@@ -1,6 +1,7 @@
 //! The state of one search for a guide route, or for a detour.
 
 use crate::geometry::bvh::Aabb;
+use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tree::Vertex;
 use crate::possibility::tuning::{BRANCHES_MAX, WIDENINGS_MAX};
 use crate::possibility::vertex_sampling::{bounds_around, is_short, samples_max, widened};
@@ -64,8 +65,8 @@ pub struct Run {
     pub bounds: Aabb,
     /// Number of samples drawn.
     pub samples: u32,
-    /// Whether C_N alone suffices.
-    pub relaxed: bool,
+    /// What vertices and edges must satisfy.
+    pub condition: RouteCondition,
     /// Heading offset of the robot unless it sidesteps, rad.
     pub heading_offset: f64,
     /// Number of searches before, part of the random streams' names.
@@ -81,16 +82,16 @@ impl Run {
     pub fn begin(&mut self, ends: [Vertex; 2], world: &Aabb) {
         self.ends = ends;
         self.bounds = bounds_around(ends.map(|end| end.pose.position), world);
-        (self.samples, self.relaxed, self.widenings) = (0, false, 0);
+        (self.samples, self.condition, self.widenings) = (0, RouteCondition::UpperBody, 0);
     }
 
-    /// Continues in a wider region, first under C_S again. Returns `false` if the region is the
-    /// whole world.
+    /// Continues in a wider region, first under the strictest condition again. Returns `false` if
+    /// the region is the whole world.
     pub fn widen(&mut self, world: &Aabb) -> bool {
         let bounds = widened(&self.bounds, world);
         let is_wider = bounds != self.bounds;
         if is_wider {
-            (self.samples, self.relaxed) = (0, false);
+            (self.samples, self.condition) = (0, RouteCondition::UpperBody);
             self.widenings += 1;
             self.bounds = bounds;
         }
@@ -102,7 +103,7 @@ impl Run {
     pub fn renew(&mut self) -> bool {
         let may_renew = (1..WIDENINGS_MAX).contains(&self.widenings);
         if may_renew {
-            (self.samples, self.relaxed) = (0, false);
+            (self.samples, self.condition) = (0, RouteCondition::UpperBody);
             self.widenings += 1;
         }
         may_renew
@@ -113,9 +114,18 @@ impl Run {
         u64::from(self.widenings) << 32 | self.generation
     }
 
+    /// Names the condition in the random streams of samples.
+    pub fn stream_bits(&self) -> u64 {
+        match self.condition {
+            RouteCondition::UpperBody => 0,
+            RouteCondition::Root => 1,
+            RouteCondition::Necessary => 1 << 48,
+        }
+    }
+
     /// Whether the robot may sidestep: once half of the samples are spent. In a long region only
-    /// after stage M has rejected a route, because C_S is relaxed first: places where arms collide
-    /// are more frequent than passages narrower than the shoulders.
+    /// after stage M has rejected a route, because the condition is relaxed first: places where
+    /// arms collide are more frequent than passages narrower than the shoulders.
     pub fn may_sidestep(&self) -> bool {
         let is_late = 2 * self.samples >= samples_max(&self.bounds);
         is_late && (self.generation > 0 || is_short(&self.bounds))

@@ -15,6 +15,7 @@ use crate::possibility::extension::Extension;
 use crate::possibility::forest::{Forest, LabelStats};
 use crate::possibility::guide_route::GuideRoute;
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::route_run::{Activity, Detour, Join, Joins, Progress, Run};
 use crate::possibility::route_shortcuts::RouteShortcuts;
 use crate::possibility::tree::{Vertex, push_branch};
@@ -71,7 +72,7 @@ impl RouteSearch {
                 ends: endpoints,
                 bounds: *world,
                 samples: 0,
-                relaxed: false,
+                condition: RouteCondition::UpperBody,
                 heading_offset: 0.0,
                 generation: 0,
                 restarts: 0,
@@ -107,6 +108,11 @@ impl RouteSearch {
     /// The poses at the start and at the goal.
     pub fn ends(&self) -> [MidFeetPose; 2] {
         self.endpoints.map(|end| end.pose)
+    }
+
+    /// The condition of the current search, or of the route that it found.
+    pub fn condition(&self) -> RouteCondition {
+        self.run.condition
     }
 
     /// Number of edges of the trees labelled so far, and of those that are possible.
@@ -315,7 +321,7 @@ impl RouteSearch {
             backward: tree == 1,
             heading_offset,
             joins,
-            relaxed: self.run.relaxed,
+            condition: self.run.condition,
             spacing: self.region.spacing,
         }
     }
@@ -348,8 +354,8 @@ impl RouteSearch {
 
     /// Draws a sample and begins a branch toward it.
     fn sample(&mut self, seed: u64) {
-        let Run { samples, relaxed, heading_offset, .. } = self.run;
-        let object = u64::from(samples) << 1 | u64::from(relaxed);
+        let Run { samples, heading_offset, .. } = self.run;
+        let object = u64::from(samples) << 1 | self.run.stream_bits();
         let mut random = Random::new(seed, Stream::Possibility, object, self.run.stream());
         let tree = (samples % 2) as usize;
         let toward = self.forest.trees[1 - tree][0].pose.position;
@@ -367,27 +373,35 @@ impl RouteSearch {
         self.grow(BranchKind::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
     }
 
-    /// No route meets C_S: the search continues under C_N alone, with the same trees. If it already
-    /// did, the first search continues in a wider region; the search is over once that is the whole
-    /// world.
+    /// No route meets the condition: the search continues under the next one, with the same trees.
+    /// The first search continues in a wider region, up to the whole world, and fails without C_N
+    /// alone: a straight line is tried first. A detour fails without it too: another route is
+    /// cheaper.
     fn relax(&mut self) {
-        if self.run.relaxed {
-            let is_first = self.run.generation == 0;
-            if !(is_first && self.run.widen(&self.region.world)) {
-                self.run.activity = Activity::Over(Progress::Exhausted);
+        let is_first = self.run.generation == 0;
+        let condition = self.run.condition;
+        let next = match condition {
+            RouteCondition::UpperBody => RouteCondition::Root,
+            RouteCondition::Root if is_first && self.run.widen(&self.region.world) => return,
+            RouteCondition::Root if !is_first && self.detour.between.is_none() => {
+                RouteCondition::Necessary
             }
-            return;
-        }
-        self.run.relaxed = true;
-        self.run.samples = 0;
+            RouteCondition::Root | RouteCondition::Necessary => {
+                self.run.activity = Activity::Over(Progress::Exhausted);
+                return;
+            }
+        };
+        (self.run.condition, self.run.samples) = (next, 0);
         self.connect_directly();
     }
 
-    /// A tree is full: the search restarts under C_N alone, which may need fewer vertices. If it
-    /// already did, the first search restarts in its wider region with other samples; otherwise it
-    /// is over.
+    /// A tree is full: the search restarts under the next condition, which may need fewer vertices.
+    /// If it already did, the first search restarts in its wider region with other samples;
+    /// otherwise it is over.
     fn overflow(&mut self) {
-        if !self.run.relaxed {
+        if self.run.condition == RouteCondition::Necessary {
+            self.run.activity = Activity::Over(Progress::Exhausted);
+        } else if self.run.condition == RouteCondition::UpperBody {
             self.reset_trees();
             self.relax();
         } else if self.run.generation == 0 && self.run.renew() {
@@ -492,7 +506,7 @@ impl RouteSearch {
         push_branch(&self.forest.trees[0], tips[0], &mut self.route.vertices);
         self.route.vertices.reverse();
         push_branch(&self.forest.trees[1], tips[1], &mut self.route.vertices);
-        let is_straight = self.run.samples == 0 && !self.run.relaxed;
+        let is_straight = self.run.samples == 0 && self.run.condition == RouteCondition::UpperBody;
         self.clear_branches();
         self.shortcuts = RouteShortcuts::default();
         self.run.activity =

@@ -95,8 +95,8 @@ pub(crate) const STRIDES_AHEAD: usize = 3;
 pub(crate) const PROGRESS_MIN: f64 = 0.25;
 /// Distance to the target, in vertex spacings, at which a branch may join it.
 pub(crate) const JOINING_SPACINGS: f64 = 1.3;
-/// Largest difference in height between two vertices under C_S and under C_N alone, as shares of a
-/// leg's reach: the height of one step.
+/// Largest difference in height between two vertices under the strictest condition and under the
+/// next, as shares of a leg's reach: the height of one step.
 pub(crate) const EDGE_CLIMB_MAX: [f64; 2] = [0.4, 0.55];
 /// Largest turn with which a branch joins its target, rad.
 pub(crate) const JOINING_TURN_MAX: f64 = 0.5;

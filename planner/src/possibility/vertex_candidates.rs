@@ -13,6 +13,8 @@ use crate::foot_placement::YAW_SPREAD_MAX;
 use crate::foot_placement::foothold_query::FootholdQuery;
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::root_poses::RootPoses;
+use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tuning::{
     AWAY_FROM_TARGET_COST, FIT_STEP, FOOT_PLACEMENTS_MAX, HEIGHT_DIFFERENCE_COST,
     PLACEMENT_REACH_Z, STEPS_TRIED_MAX, VERTEX_PLACEMENTS_MAX,
@@ -21,9 +23,9 @@ use crate::possibility::upper_body::{UpperBody, UpperBodyFit};
 use crate::preparation::Preparation;
 use crate::primitives::transition_configuration::is_step;
 
-/// Limits of the placement search under C_S: geometric candidates only.
+/// Limits of the placement search under the strictest condition: geometric candidates only.
 const LIMITS: SampleLimits = SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
-/// Limits of the placement search under C_N alone.
+/// Limits of the placement search under the others.
 const RELAXED_LIMITS: SampleLimits =
     SampleLimits { geometric_max: 64, perturbed_max: 8, sampled_max: 24 };
 /// Read-only inputs of stage P.
@@ -54,7 +56,7 @@ pub enum FootScratch<'a> {
     Each([&'a mut Scratch; 2]),
 }
 
-/// A root pose that meets the necessary conditions C_N.
+/// A pose that meets the condition of its query.
 #[derive(Debug, Clone)]
 pub struct VertexCandidate {
     /// The requested pose, projected to the ground (elevation projection).
@@ -74,27 +76,30 @@ pub struct VertexQuery {
     pub pose: MidFeetPose,
     /// Height of the branch's target, m.
     pub target_height: f64,
-    /// Whether C_N alone suffices.
-    pub relaxed: bool,
+    /// What the vertex must satisfy.
+    pub condition: RouteCondition,
     /// The name of the query in the random stream.
     pub name: u64,
 }
 
 impl StageContext<'_> {
     /// Finds placements for both feet near a pose and moves the pose over the best pair of them:
-    /// vertically, and laterally where the ground is narrow. `None` if C_N fails, or if C_S fails
-    /// and the query is not relaxed.
+    /// vertically, and laterally where the ground is narrow. `None` if the condition fails. Under
+    /// C_N alone a vertex may have no placements.
     pub fn find_candidate(
         &self,
         query: &VertexQuery,
         scratch: &mut FootScratch<'_>,
     ) -> Option<VertexCandidate> {
+        if query.condition == RouteCondition::Necessary {
+            return self.find_possible(query, scratch);
+        }
         let placements = self.find_both_placements(query, scratch)?;
         let (position, pair, are_apart) = self.best_pair(query, &placements)?;
         let pose = MidFeetPose { position, yaw: query.pose.yaw };
         let [left, right] = &pair;
         let fit = self.upper_body.fit(&self.constraints.collision, &pose);
-        let fits = fit >= fit_min(query.relaxed)
+        let fits = fit >= fit_min(query.condition)
             && self.upper_body.are_legs_free(
                 &self.constraints.collision,
                 &pose,
@@ -108,9 +113,36 @@ impl StageContext<'_> {
         })
     }
 
+    /// A vertex under C_N alone, with placements if both feet find some. It keeps its place, since
+    /// the root need not be midway between the feet.
+    fn find_possible(
+        &self,
+        query: &VertexQuery,
+        scratch: &mut FootScratch<'_>,
+    ) -> Option<VertexCandidate> {
+        let placements = self.find_both_placements(query, scratch).unwrap_or_default();
+        let best = self.best_pair(query, &placements);
+        let mut pose = query.pose;
+        pose.position.z = best.map_or(pose.position.z, |(middle, ..)| middle.z);
+        let pair = best.and_then(|(_, pair, are_apart)| are_apart.then_some(pair));
+        self.is_possible(&pose, query.name).then_some(VertexCandidate {
+            pose,
+            placements,
+            pair,
+            is_upright: false,
+        })
+    }
+
+    /// Whether C_N holds at a root pose over a pose; `name` names the root poses that are tested.
+    pub fn is_possible(&self, pose: &MidFeetPose, name: u64) -> bool {
+        let StageContext { constraints, preparation, seed, .. } = *self;
+        let mid_feet_from_root = self.upper_body.mid_feet_from_root();
+        RootPoses { constraints, preparation, mid_feet_from_root, seed }.is_possible(pose, name)
+    }
+
     /// Whether the upper body is free at a pose.
-    pub fn is_free(&self, pose: &MidFeetPose, relaxed: bool) -> bool {
-        self.upper_body.fit(&self.constraints.collision, pose) >= fit_min(relaxed)
+    pub fn is_free(&self, pose: &MidFeetPose, condition: RouteCondition) -> bool {
+        self.upper_body.fit(&self.constraints.collision, pose) >= fit_min(condition)
     }
 
     /// The least fit of the upper body between two poses, tested every `FIT_STEP`; `None` if it
@@ -119,15 +151,18 @@ impl StageContext<'_> {
         &self,
         from: &MidFeetPose,
         to: &MidFeetPose,
-        relaxed: bool,
+        condition: RouteCondition,
     ) -> Option<UpperBodyFit> {
         let interval_count = libm::ceil(from.position.distance(to.position) / FIT_STEP).max(2.0);
         (1..interval_count as usize).try_fold(UpperBodyFit::Upright, |least, index| {
-            let fit = self.upper_body.fit(
-                &self.constraints.collision,
-                &from.interpolate(to, index as f64 / interval_count),
-            );
-            (fit >= fit_min(relaxed)).then_some(fit.min(least))
+            let pose = from.interpolate(to, index as f64 / interval_count);
+            let fit = if condition == RouteCondition::Necessary {
+                let is_possible = self.is_possible(&pose, index as u64);
+                if is_possible { UpperBodyFit::Core } else { UpperBodyFit::None }
+            } else {
+                self.upper_body.fit(&self.constraints.collision, &pose)
+            };
+            (fit >= fit_min(condition)).then_some(fit.min(least))
         })
     }
 
@@ -200,7 +235,11 @@ impl StageContext<'_> {
             yaw_spread: YAW_SPREAD_MAX.min(self.preparation.step_limits().turn_max()),
             seed: self.seed,
             name: (query.name << 1 | limb as u64 | 1 << 60, 0),
-            limits: if query.relaxed { RELAXED_LIMITS } else { LIMITS },
+            limits: if query.condition > RouteCondition::UpperBody {
+                RELAXED_LIMITS
+            } else {
+                LIMITS
+            },
             kept_max: FOOT_PLACEMENTS_MAX,
         };
         foothold_query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
@@ -262,7 +301,10 @@ impl StageContext<'_> {
     }
 }
 
-/// The least fit of the upper body under C_S, or under C_N alone.
-fn fit_min(relaxed: bool) -> UpperBodyFit {
-    if relaxed { UpperBodyFit::Core } else { UpperBodyFit::Crouched }
+/// The least fit of the upper body under a condition.
+fn fit_min(condition: RouteCondition) -> UpperBodyFit {
+    match condition {
+        RouteCondition::UpperBody => UpperBodyFit::Crouched,
+        RouteCondition::Root | RouteCondition::Necessary => UpperBodyFit::Core,
+    }
 }

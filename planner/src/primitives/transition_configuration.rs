@@ -2,7 +2,10 @@
 //!
 //! The unknowns are the root's pose and the free joints. The root's rotation and height are chosen,
 //! its horizontal position follows ([`solve_posture_into`]). The first attempts are primitive
-//! postures, then samples near them, then uniform samples [Grey 4.4.5].
+//! postures, then samples near them, then uniform samples [Grey 4.4.5], at last also from all
+//! postures.
+
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
@@ -20,7 +23,8 @@ use crate::primitives::level_sole::side_of;
 use crate::primitives::tuning::{
     COM_SPREAD, EXTENSION_SPREAD, FAR_REACHING_POSTURES, FREE_JOINT_SPREAD, LEAN_BOUNDS,
     LEAN_SPREAD, NEIGHBOURHOOD_ATTEMPTS, NEIGHBOURHOOD_SPREAD, PRIMITIVE_POSTURES, PROJECTED_FROM,
-    PROJECTION_WEIGHT, PrimitivePosture, ROTATION_SPREADS,
+    PROJECTION_WEIGHT, PrimitivePosture, ROTATION_SPREADS, UNBOUNDED_FROM,
+    UNBOUNDED_LEG_EXTENSIONS,
 };
 use crate::robot::configuration::Configuration;
 use crate::robot::constrained_projection::{ProjectionTarget, project};
@@ -55,7 +59,11 @@ pub fn sample(
     let mut stream = Random::new(seed, Stream::Transition, object, attempt);
     let robot = &constraints.robot;
     let com_margin = constraints.com_margin(mode);
-    let (posture, free) = choose(constraints, mode, pair, com_margin, attempt, &mut stream);
+    let (posture, free) = if is_unbounded(attempt) {
+        choose_anywhere(constraints, mode, pair, com_margin, &mut stream)
+    } else {
+        choose(constraints, mode, pair, com_margin, attempt, &mut stream)
+    };
     let soles = world_from_soles(pair);
     let mut kinematic_state = KinematicState::default();
     let configuration = if is_projected(robot, attempt) {
@@ -71,6 +79,12 @@ pub fn sample(
     let is_balanced =
         constraints.is_balanced(&double_mode(pair.stance, pair.other), &kinematic_state);
     is_balanced.then_some(configuration).ok_or(Rejection::Balance)
+}
+
+/// Whether an attempt draws from all postures instead of those near a primitive one: every other
+/// attempt after many have failed.
+pub fn is_unbounded(attempt: u64) -> bool {
+    attempt >= UNBOUNDED_FROM && attempt.is_multiple_of(2)
 }
 
 /// The number of attempts that this one counts for in S(T): a projection takes as long as several
@@ -207,6 +221,38 @@ fn choose(
         com_margin + 2.0 * COM_TOLERANCE,
     );
     let com = target + DVec2::new(jitter(COM_SPREAD), jitter(COM_SPREAD));
+    (Posture { world_from_root: rotation, leg_extension, com }, free)
+}
+
+/// A random posture anywhere: every rotation of the root, every leg extension, every point of the
+/// region for the centre of mass, and all positions of the free joints within their limits. Half of
+/// the range in the middle is drawn more often, since most postures at the limits collide.
+fn choose_anywhere(
+    constraints: &Constraints,
+    mode: &Mode,
+    pair: TransitionPair<'_>,
+    com_margin: f64,
+    stream: &mut Random,
+) -> (Posture, FreeJoints) {
+    let heading =
+        mean_yaw(pair.stance.world_from_sole.rotation, pair.other.world_from_sole.rotation);
+    let share = stream.uniform(0.0, 1.0);
+    let mut angle = |half: f64| share * stream.uniform(-half, half);
+    let rotation = rotation_about(DVec3::Z, heading + angle(PI))
+        * rotation_from_rpy(angle(PI), angle(FRAC_PI_2), 0.0);
+    let mut free = constraints.single_support_postures[pair.stance.limb].q;
+    let share = stream.uniform(0.0, 1.0);
+    for joint in constraints.robot.free_joints.iter().filter(|joint| joint.is_sampled) {
+        let position = &mut free[joint.index];
+        *position += share * (stream.uniform(joint.lower, joint.upper) - *position);
+    }
+    let leg_extension = stream.uniform(UNBOUNDED_LEG_EXTENSIONS[0], UNBOUNDED_LEG_EXTENSIONS[1]);
+    let (sin, cos) = libm::sincos(stream.uniform(-PI, PI));
+    let centroid = mode.region.centroid();
+    let extents = mode.region.vertices().iter().map(|vertex| vertex.distance(centroid));
+    let offset = extents.fold(0.0, f64::max) * libm::sqrt(stream.uniform(0.0, 1.0));
+    let drawn = centroid + offset * DVec2::new(cos, sin);
+    let com = mode.region.nearest_inside(drawn, com_margin + 2.0 * COM_TOLERANCE);
     (Posture { world_from_root: rotation, leg_extension, com }, free)
 }
 

@@ -57,6 +57,10 @@ pub(crate) const PRIMITIVE_POSTURES: [PrimitivePosture; 12] = [
 pub const FAR_REACHING_POSTURES: [u64; 4] = [10, 8, 11, 5];
 /// Attempts in the neighbourhood of the primitive postures, before uniform ones.
 pub(crate) const NEIGHBOURHOOD_ATTEMPTS: u64 = 24;
+/// From this attempt on, every other one draws from all postures.
+pub(crate) const UNBOUNDED_FROM: u64 = 108;
+/// Smallest and largest leg extension of such an attempt, as a share of the leg's reach.
+pub(crate) const UNBOUNDED_LEG_EXTENSIONS: [f64; 2] = [0.2, 1.0];
 /// Attempts from this one on are projections, where the legs have no closed form.
 pub(crate) const PROJECTED_FROM: u64 = 24;
 /// Attempts that one projection counts for.

@@ -33,8 +33,8 @@ pub(crate) fn end_weights(t: f64, starts: bool, ends: bool) -> [f64; 4] {
     [outer[0], begin, end, outer[1]]
 }
 
-/// The keys before, at the beginning, at the end and after an interval; where there is none, the one
-/// at that end.
+/// The keys before, at the beginning, at the end and after an interval; where there is none, the
+/// one at that end.
 pub(crate) fn around<T>(keys: &[T], interval: usize) -> [&T; 4] {
     let key = |index: usize| &keys[index.min(keys.len() - 1)];
     [key(interval.saturating_sub(1)), key(interval), key(interval + 1), key(interval + 2)]

@@ -53,6 +53,28 @@ class Chunk:
     """Joint positions in the order of :attr:`surefoot.Robot.joint_names`, rad or m."""
 
 
+@dataclass(frozen=True)
+class Description:
+    """What a reader has to know of a walk; no file is needed."""
+
+    robot_name: str
+    """The robot's name in its URDF."""
+    joint_names: tuple[str, ...]
+    """The moving joints in the order of all joint vectors."""
+    joint_limits: NDArray[np.float64]
+    """Lower and upper position limit of each joint, rad or m, a row each."""
+    root_link: str
+    """The link whose pose is that of the root."""
+    robot_digest: str
+    """Digest of the robot."""
+    world_digest: str
+    """Digest of the world as planner and controller knew it at their start."""
+    scenario_digest: str
+    """Digest of the scenario."""
+    conventions: str
+    """Frame, orders and units of all numbers."""
+
+
 class Subscription:
     """Receives the chunks of an instance. Nobody waits for it: what it reads too late it misses.
 
@@ -68,12 +90,26 @@ class Subscription:
         self.instance = instance.name
         """The name of the instance."""
         self.missed = 0
-        """Chunks that were overwritten before they were read, as far as later ones show it."""
+        """Chunks that were sent and not received: those that later ones show, and at the end those
+        that the controller has accepted."""
         self._root = instance.root
-        self._expected: tuple[int, int, int, int] | None = None
+        self._plan: tuple[int, int] | None = None
+        self._session = 0
+        self._next = 0
+        self._accepted = 0
         iox.set_log_level(iox.LogLevel.Fatal)
         try:
-            self._service, self._subscriber = _open(iox, instance)
+            node = _node(iox, instance)
+            self._service, self._subscriber = _open(
+                iox, node, instance, "chunks", _messages.PlanChunk, CHUNKS_BUFFERED
+            )
+            self._ports = {
+                role: _open(iox, node, instance, role, message, 1)
+                for role, message in (
+                    ("feedback", _messages.Feedback),
+                    ("description", _messages.Description),
+                )
+            }
         except Exception as error:  # The package has an exception for each reason.
             raise InstanceError(
                 f"the chunks of '{instance.name}' cannot be subscribed to ({error!r}); is it of "
@@ -82,18 +118,53 @@ class Subscription:
 
     def receive(self) -> Chunk | None:
         """The next chunk, if one has come."""
+        accepted = self._read_feedback()
         sample = self._subscriber.receive()
         if sample is None:
+            self._accepted = max(self._accepted, accepted)
+            self._settle()
             return None
         message = sample.payload().contents
         chunk = _chunk(message)
-        place = (message.session, chunk.plan_id, chunk.epoch)
+        session = message.session
         sample.delete()
-        known = self._expected is not None and self._expected[:3] == place
-        expected = self._expected[3] if known and self._expected is not None else 0
-        self.missed += max(0, chunk.sequence - expected)
-        self._expected = (*place, chunk.sequence + 1)
+        plan = (chunk.plan_id, chunk.epoch)
+        if plan != self._plan or (chunk.sequence == 0 and session != self._session):
+            self._settle()
+            self._next = self._accepted = 0
+        self._plan, self._session = plan, session
+        self.missed += max(0, chunk.sequence - self._next)
+        self._next = max(self._next, chunk.sequence + 1)
         return chunk
+
+    def description(self, *, wait: float = 5.0) -> Description:
+        """What a reader has to know of the walk; waits up to ``wait`` seconds for it.
+
+        Raises :class:`InstanceError` if neither planner nor controller has published it.
+        """
+        deadline = time.monotonic() + wait
+        while (sample := self._ports["description"][1].receive()) is None:
+            if time.monotonic() >= deadline:
+                raise InstanceError(f"'{self.instance}' has no planner and no controller yet")
+            time.sleep(POLL_SECONDS)
+        described = _description(sample.payload().contents)
+        sample.delete()
+        return described
+
+    def _read_feedback(self) -> int:
+        """The number of chunks of the current plan that the controller has accepted."""
+        accepted = 0
+        while (sample := self._ports["feedback"][1].receive()) is not None:
+            message = sample.payload().contents
+            if (message.plan_id, message.epoch) == self._plan:
+                accepted = max(accepted, message.next_sequence)
+            sample.delete()
+        return accepted
+
+    def _settle(self) -> None:
+        """There is no further chunk: the accepted ones that were not received are missed."""
+        self.missed += max(0, self._accepted - self._next)
+        self._next = max(self._next, self._accepted)
 
     def is_attended(self) -> bool:
         """Whether a planner is connected."""
@@ -117,6 +188,7 @@ class Subscription:
     def close(self) -> None:
         """Lets go of the shared memory."""
         self._subscriber = self._service = None
+        self._ports = {}
 
     def __enter__(self) -> Subscription:
         return self
@@ -146,18 +218,41 @@ def subscribe(instance: str | None = None, *, wait: float = 10.0) -> Subscriptio
         time.sleep(0.05)
 
 
-def _open(iox: Any, instance: _instances.Instance) -> tuple[Any, Any]:
-    """The service of the chunks, whose layout must be ours, and a subscriber of it."""
+def _node(iox: Any, instance: _instances.Instance) -> Any:
+    """A node in the instance."""
     builder = iox.NodeBuilder.new().config(instance.config())
     builder = builder.signal_handling_mode(iox.SignalHandlingMode.Disabled)
-    node = builder.create(iox.ServiceType.Ipc)
-    message = _messages.PlanChunk
+    return builder.create(iox.ServiceType.Ipc)
+
+
+def _open(
+    iox: Any, node: Any, instance: _instances.Instance, role: str, message: Any, buffered: int
+) -> tuple[Any, Any]:
+    """A service, whose layout must be ours, and a subscriber of it."""
     layout = iox.AttributeVerifier.new().require(
         iox.AttributeKey.new("surefoot.layout"), iox.AttributeValue.new(message.LAYOUT)
     )
-    name = iox.ServiceName.new(instance.service_name("chunks"))
+    name = iox.ServiceName.new(instance.service_name(role))
     service = node.service_builder(name).publish_subscribe(message).open_with_attributes(layout)
-    return service, service.subscriber_builder().buffer_size(CHUNKS_BUFFERED).create()
+    return service, service.subscriber_builder().buffer_size(buffered).create()
+
+
+def _text(name: Any) -> str:
+    return bytes(name.bytes)[: name.length].decode()
+
+
+def _description(message: Any) -> Description:
+    joints = message.joints[: message.joints_len]
+    return Description(
+        robot_name=_text(message.robot_name),
+        joint_names=tuple(_text(joint.name) for joint in joints),
+        joint_limits=np.array([(joint.lower, joint.upper) for joint in joints]).reshape(-1, 2),
+        root_link=_text(message.root_link),
+        robot_digest=bytes(message.robot).hex(),
+        world_digest=bytes(message.world).hex(),
+        scenario_digest=bytes(message.config).hex(),
+        conventions=bytes(message.conventions).rstrip(b"\0").decode(),
+    )
 
 
 def _chunk(message: Any) -> Chunk:

@@ -16,3 +16,5 @@ pub const LINKS_KEPT_MAX: usize = 192;
 pub const REQUEST_ENDS_MAX: usize = 16;
 /// Longest reason of a request's end, bytes.
 pub const REASON_BYTES_MAX: usize = 160;
+/// Longest name of a joint, a link or a robot in a message, bytes.
+pub const NAME_BYTES_MAX: usize = 88;

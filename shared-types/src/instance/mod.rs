@@ -3,6 +3,8 @@
 
 pub(crate) mod base_folder;
 pub(crate) mod capacity;
+pub(crate) mod chunk_counter;
+pub mod description;
 pub(crate) mod directory;
 pub mod error;
 pub mod instance;
@@ -16,8 +18,10 @@ pub mod participant;
 pub(crate) mod private;
 pub mod requests;
 pub mod role_lock;
+pub mod ros_topics;
 pub mod sender;
 pub mod services;
+pub mod set_points;
 #[cfg(test)]
 mod tests;
 pub(crate) mod token;

@@ -3,15 +3,20 @@
 //! An observer maps the messages read-only. A slow observer misses messages; no process waits for
 //! it.
 
+use std::cell::RefCell;
+
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 
+use crate::instance::chunk_counter::ChunkCounter;
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
 use crate::instance::participant::Participant;
 use crate::instance::services::{RequestServices, Service};
 use crate::instance::tuning::{STATE_BUFFER, WINDOW_CHUNKS};
-use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, SimulationState, WithCrc};
+use crate::message::{
+    Description, Feedback, Layout, PlanChunk, PlanStatus, SetPoint, SimulationState, WithCrc,
+};
 
 /// Subscribers of all messages in an instance.
 #[derive(Debug)]
@@ -20,9 +25,31 @@ pub struct Observer {
     feedback: Subscriber<ipc::Service, Feedback, ()>,
     status: Subscriber<ipc::Service, PlanStatus, ()>,
     state: Subscriber<ipc::Service, SimulationState, ()>,
-    _services: RequestServices,
-    _state_service: Service<SimulationState>,
+    description: Subscriber<ipc::Service, Description, ()>,
+    set_points: Subscriber<ipc::Service, SetPoint, ()>,
+    counter: RefCell<ChunkCounter>,
+    _services: ObservedServices,
     participant: Participant,
+}
+
+/// The services that exist as long as the observer does.
+#[derive(Debug)]
+struct ObservedServices {
+    requests: RequestServices,
+    state: Service<SimulationState>,
+    description: Service<Description>,
+    set_points: Service<SetPoint>,
+}
+
+impl ObservedServices {
+    fn open(participant: &Participant) -> Result<Self, ChannelError> {
+        Ok(Self {
+            requests: participant.open_request_services()?,
+            state: participant.open_state()?,
+            description: participant.open_description()?,
+            set_points: participant.open_set_points()?,
+        })
+    }
 }
 
 impl Observer {
@@ -33,30 +60,23 @@ impl Observer {
     pub fn open(instance: &Instance) -> Result<Self, ChannelError> {
         let participant = Participant::open(instance)?;
         let making = participant.making()?;
-        let (services, state_service) =
-            (participant.open_request_services()?, participant.open_state()?);
-        let failed = |error| ChannelError::transport("creating a subscriber", error);
-        let chunks = participant
-            .chunks
-            .subscriber_builder()
-            .buffer_size(WINDOW_CHUNKS)
-            .create()
-            .map_err(failed)?;
-        let feedback = participant.feedback.subscriber_builder().create().map_err(failed)?;
-        let status = services.status.subscriber_builder().create().map_err(failed)?;
-        let state = state_service
-            .subscriber_builder()
-            .buffer_size(STATE_BUFFER)
-            .create()
-            .map_err(failed)?;
+        let services = ObservedServices::open(&participant)?;
+        let chunks = subscribe(&participant.chunks, WINDOW_CHUNKS)?;
+        let feedback = subscribe(&participant.feedback, 1)?;
+        let status = subscribe(&services.requests.status, 1)?;
+        let state = subscribe(&services.state, STATE_BUFFER)?;
+        let description = subscribe(&services.description, 1)?;
+        let set_points = subscribe(&services.set_points, STATE_BUFFER)?;
         drop(making);
         Ok(Self {
             chunks,
             feedback,
             status,
             state,
+            description,
+            set_points,
+            counter: RefCell::default(),
             _services: services,
-            _state_service: state_service,
             participant,
         })
     }
@@ -66,7 +86,19 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn chunk(&self) -> Result<Option<PlanChunk>, ChannelError> {
-        next(&self.chunks, PlanChunk::crc_matches)
+        let chunk = next(&self.chunks, PlanChunk::crc_matches)?;
+        let mut counter = self.counter.borrow_mut();
+        match &chunk {
+            Some(chunk) => counter.record(chunk),
+            None => counter.settle(),
+        }
+        Ok(chunk)
+    }
+
+    /// The number of chunks that were sent and not received so far: those that later ones show, and
+    /// those that the controller has accepted. Read feedback, then chunks until there is none.
+    pub fn missed_chunks(&self) -> u64 {
+        self.counter.borrow().missed()
     }
 
     /// The controller's next well-formed feedback, if one arrived.
@@ -74,7 +106,11 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn feedback(&self) -> Result<Option<Feedback>, ChannelError> {
-        next(&self.feedback, Feedback::is_well_formed)
+        let feedback = next(&self.feedback, Feedback::is_well_formed)?;
+        if let Some(feedback) = &feedback {
+            self.counter.borrow_mut().expect(feedback);
+        }
+        Ok(feedback)
     }
 
     /// The next well-formed status of a serving planner, if one arrived.
@@ -93,11 +129,43 @@ impl Observer {
         next(&self.state, SimulationState::is_well_formed)
     }
 
+    /// The next description, if one arrived: planner and controller each publish theirs.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn description(&self) -> Result<Option<Description>, ChannelError> {
+        next(&self.description, Description::is_well_formed)
+    }
+
+    /// The next well-formed set-point of a sampler, if one arrived.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn set_point(&self) -> Result<Option<SetPoint>, ChannelError> {
+        next(&self.set_points, SetPoint::is_well_formed)
+    }
+
+    /// The participant of this process in the instance.
+    pub fn participant(&self) -> &Participant {
+        &self.participant
+    }
+
     /// Number of attached planners and controllers. Killed ones count until a process cleans up.
     pub fn publisher_count(&self) -> usize {
         self.participant.chunks.dynamic_config().number_of_publishers()
             + self.participant.feedback.dynamic_config().number_of_publishers()
     }
+}
+
+fn subscribe<M: Layout>(
+    service: &Service<M>,
+    buffer: usize,
+) -> Result<Subscriber<ipc::Service, M, ()>, ChannelError> {
+    service
+        .subscriber_builder()
+        .buffer_size(buffer)
+        .create()
+        .map_err(|error| ChannelError::transport("creating a subscriber", error))
 }
 
 /// The next message that `is_well_formed`; others are skipped.

@@ -4,6 +4,7 @@
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level};
 
+use crate::instance::description::DescriptionPublisher;
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
 use crate::instance::making::{Making, MakingLock};
@@ -13,7 +14,9 @@ use crate::instance::services::{
 };
 use crate::instance::unfinished_watch::UnfinishedWatch;
 use crate::instance::wake_pipe::WakePipe;
-use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, SimulationState};
+use crate::message::{
+    Description, Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, SetPoint, SimulationState,
+};
 
 /// A process's participant in an instance.
 #[derive(Debug)]
@@ -26,6 +29,7 @@ pub struct Participant {
     pub chunk_wake_pipe: WakePipe,
     /// The controller notifies it when it has sent feedback and the planner may block.
     pub feedback_wake_pipe: WakePipe,
+    description: Option<DescriptionPublisher>,
     node: Node<ipc::Service>,
     making: MakingLock,
     _watch: UnfinishedWatch,
@@ -75,6 +79,7 @@ impl Participant {
             feedback,
             chunk_wake_pipe,
             feedback_wake_pipe,
+            description: None,
             node,
             making,
             _watch: watch,
@@ -106,6 +111,50 @@ impl Participant {
         if let Ok(Some(_making)) = making {
             self.node.try_cleanup_dead_nodes();
         }
+    }
+
+    /// Publishes what readers have to know of this process's walk.
+    ///
+    /// # Errors
+    /// Shared memory is full, the service has another message layout, or the transport fails.
+    pub fn describe(&mut self, description: &Description) -> Result<(), ChannelError> {
+        let making = self.making()?;
+        let publisher = DescriptionPublisher::open(self.open_description()?, description)?;
+        self.instance.reserve_segments()?;
+        drop(making);
+        self.description = Some(publisher);
+        Ok(())
+    }
+
+    /// Delivers this process's description to readers that have joined since the last call. Call
+    /// it while idle, some times a second.
+    pub fn refresh_description(&self) {
+        if let Some(publisher) = &self.description {
+            publisher.refresh();
+        }
+    }
+
+    /// The node of this process.
+    pub(crate) fn node(&self) -> &Node<ipc::Service> {
+        &self.node
+    }
+
+    /// Opens the service of descriptions; creates it if it does not exist. Hold [`Self::making`]
+    /// meanwhile.
+    ///
+    /// # Errors
+    /// The service has another message layout, or the transport fails.
+    pub fn open_description(&self) -> Result<Service<Description>, ChannelError> {
+        open_service(&self.node, &self.instance, "description", Description::HASH, &LATEST)
+    }
+
+    /// Opens the service of set-points; creates it if it does not exist. Hold [`Self::making`]
+    /// meanwhile.
+    ///
+    /// # Errors
+    /// The service has another message layout, or the transport fails.
+    pub fn open_set_points(&self) -> Result<Service<SetPoint>, ChannelError> {
+        open_service(&self.node, &self.instance, "set_points", SetPoint::HASH, &RECENT)
     }
 
     /// Opens the service on which a controller publishes the simulated robot's state; creates it

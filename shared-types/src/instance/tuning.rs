@@ -32,6 +32,10 @@ pub const FEEDBACK_POOL: usize = READERS_MAX * (1 + BORROWED_MAX) + 1 + LOANS_AH
 pub const STATE_BUFFER: usize = 256;
 /// Most states of a controller in use at a time: as [`FEEDBACK_POOL`], with [`STATE_BUFFER`].
 pub const STATE_POOL: usize = READERS_MAX * (STATE_BUFFER + BORROWED_MAX) + 1 + LOANS_AHEAD;
+/// Messages that a reader of a ROS 2 topic may be behind before it loses the oldest.
+pub(crate) const ROS_BUFFER: usize = 8;
+/// Most readers of a ROS 2 topic: the gateway and others.
+pub(crate) const ROS_READERS_MAX: usize = 4;
 /// Shared memory that one process takes at most, KiB: its pool of chunks, its feedback and
 /// iceoryx2's own tables.
 pub(crate) const NEEDED_KIB: u64 = 12 * 1024;

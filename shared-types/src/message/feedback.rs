@@ -11,7 +11,7 @@ use crate::message::layout::layout;
 use crate::message::rest_state::RestState;
 
 /// The layout version in [`Feedback::schema`].
-pub const FEEDBACK_SCHEMA: u64 = 4;
+pub const FEEDBACK_SCHEMA: u64 = 5;
 
 /// The checks of a chunk: the physical ones first, then those of the message itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -227,12 +227,17 @@ pub struct Feedback {
     /// Chunks that the robot executed since it was set on its start, under all controllers. If a
     /// chunk is executed twice, it exceeds the number of accepted chunks.
     pub walked: u64,
-    /// 1 while a chunk is being checked. Such a heartbeat shows only that the controller runs.
+    /// How often the robot had to stop because the next chunk was not there, under all controllers.
+    pub brakes: u64,
+    /// How long it stood for that reason, s of its own time.
+    pub stood: f64,
+    /// 1 while a chunk is being checked, or walked before its acknowledgement. Such a heartbeat
+    /// shows only that the controller runs.
     pub busy: u32,
     /// Number of used entries of `corrections`.
     pub corrections_len: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// 1 while the robot moves; it comes to rest at `rest_state` if no further chunk is accepted.
+    pub moving: u32,
     /// CRC-32 (IEEE) of all bytes of the message with this field zero.
     pub crc: u32,
     /// Digest of the stream of all accepted chunks; undefined while `next_sequence` is 0.
@@ -249,7 +254,7 @@ pub struct Feedback {
 const _: () = assert!(size_of::<Margins>() == 64);
 const _: () = assert!(
     size_of::<Feedback>()
-        == 216 + size_of::<RestState>() + CORRECTIONS_MAX * size_of::<WorldCorrection>()
+        == 232 + size_of::<RestState>() + CORRECTIONS_MAX * size_of::<WorldCorrection>()
 );
 
 impl Verdict {
@@ -287,6 +292,8 @@ impl Feedback {
             && has_valid_refusal
             && self.finished <= 1
             && self.busy <= 1
+            && self.moving <= 1
+            && self.stood.is_finite()
             && self.corrections_len as usize <= CORRECTIONS_MAX
             && self.crc_matches()
             && self.corrections().iter().all(WorldCorrection::is_well_formed)
@@ -320,9 +327,11 @@ layout!(Feedback {
     duplicated: u64,
     gaps: u64,
     walked: u64,
+    brakes: u64,
+    stood: f64,
     busy: u32,
     corrections_len: u32,
-    reserved: u32,
+    moving: u32,
     crc: u32,
     stream: Digest,
     margins: Margins,
@@ -370,6 +379,8 @@ mod tests {
             Feedback { check: Check::ALL.len() as u32, ..good },
             Feedback { finished: 2, ..good },
             Feedback { busy: 2, ..good },
+            Feedback { moving: 2, ..good },
+            Feedback { stood: f64::NAN, ..good },
             Feedback { corrections_len: CORRECTIONS_MAX as u32 + 1, ..good },
             Feedback {
                 corrections_len: 1,

@@ -18,7 +18,7 @@ use glam::{DQuat, DVec3};
 
 use crate::base::limits::JOINTS_MAX;
 use crate::base::spatial::{interpolate, rotation_from_scaled_axis, scaled_axis_from_rotation};
-use crate::message::chunk::{ROOT_FREEDOMS, Waypoint};
+use crate::message::chunk::{PlanChunk, ROOT_FREEDOMS, Waypoint};
 use crate::message::rotation_vector::{
     RotationRates, angular_from_vector_rates, vector_rates_from_angular,
 };
@@ -35,6 +35,13 @@ pub enum Interpolation {
 
 /// Position, velocity and acceleration of one number.
 type Rates = [f64; 3];
+
+impl PlanChunk {
+    /// Whether its waypoints are joined smoothly.
+    pub fn is_smooth(&self) -> bool {
+        Interpolation::from_wire(self.interpolation) == Some(Interpolation::Quintic)
+    }
+}
 
 impl Interpolation {
     /// The rule with this wire value, if the value is valid.

@@ -91,11 +91,13 @@ mod tests {
     use super::*;
     use crate::message::chunk::{Contact, PlanChunk, Waypoint};
     use crate::message::correction::WorldCorrection;
+    use crate::message::description::Description;
     use crate::message::feedback::{Feedback, Margins};
     use crate::message::journal_record::JournalRecord;
     use crate::message::request::{PlanRequest, PlanStatus, StancePoseData};
     use crate::message::request_record::RequestRecord;
     use crate::message::rest_state::RestState;
+    use crate::message::set_point::SetPoint;
 
     fn assert_no_gaps<M: Layout>() {
         let mut end = 0;
@@ -121,6 +123,8 @@ mod tests {
         assert_no_gaps::<RequestRecord>();
         assert_no_gaps::<PlanStatus>();
         assert_no_gaps::<JournalRecord>();
+        assert_no_gaps::<Description>();
+        assert_no_gaps::<SetPoint>();
     }
 
     #[test]
@@ -155,17 +159,17 @@ mod tests {
             ("duplicated", 80),
             ("gaps", 88),
             ("walked", 96),
-            ("busy", 104),
-            ("crc", 116),
-            ("stream", 120),
-            ("margins", 152),
-            ("rest_state", 216),
-            ("corrections", 3200),
+            ("busy", 120),
+            ("crc", 132),
+            ("stream", 136),
+            ("margins", 168),
+            ("rest_state", 232),
+            ("corrections", 3216),
         ];
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6016));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6032));
     }
 
     #[test]

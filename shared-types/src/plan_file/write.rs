@@ -46,6 +46,19 @@ pub fn plan_from_chunks(
     plan_with_ends(robot, world, ends_of(robot, scenario, chunks), chunks, plan_dir)
 }
 
+/// The plan file of a motion as a robot executed it, as [`plan_from_chunks`] makes it, but without
+/// chunks: those of a plan name stops, and this motion has taken its own.
+pub fn executed_plan(
+    robot: &RobotModel,
+    world: &World,
+    scenario: &Scenario,
+    executed: &[PlanChunk],
+    plan_dir: &Path,
+) -> PlanFile {
+    let chunks = Vec::new();
+    PlanFile { chunks, ..plan_from_chunks(robot, world, scenario, executed, plan_dir) }
+}
+
 /// The start and the goal of a stream of chunks that answers a scenario.
 pub fn ends_of(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> [EndBlock; 2] {
     [start_block(robot, scenario, chunks), goal_block(robot, scenario, chunks)]

@@ -132,7 +132,7 @@ impl<'a> ArmSearch<'a> {
         pairs.filter(|[node, other]| !are_near(*node, *other)).collect()
     }
 
-    /// Low where the arm is clear of the rest and hangs near the body.
+    /// Low where the arm is clear of the rest, hangs near the body and is not raised.
     fn cost(
         &self,
         arm: &[NodeIndex],
@@ -149,8 +149,9 @@ impl<'a> ArmSearch<'a> {
         let (Some(first), Some(last)) = (arm.first(), arm.last()) else { return 0.0 };
         let span = |node: &NodeIndex| heading.inverse() * poses[*node].translation;
         let reach: f64 = arm.windows(2).map(|pair| span(&pair[0]).distance(span(&pair[1]))).sum();
-        let aside = (span(last).y - span(first).y).abs();
-        CLEARANCE_COST * missing + aside / reach.max(f64::MIN_POSITIVE)
+        let (from, to) = (span(first), span(last));
+        let (aside, raised) = ((to.y - from.y).abs(), (to.z - from.z).max(0.0));
+        CLEARANCE_COST * missing + (aside + raised) / reach.max(f64::MIN_POSITIVE)
     }
 
     /// The distance of two nodes' shapes, m; infinite where it is more than the clearance.

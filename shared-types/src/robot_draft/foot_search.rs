@@ -96,8 +96,8 @@ pub(crate) fn mirrored_pairs(skeleton: &Skeleton, poses: &[Pose]) -> Vec<Mirrore
     pairs.filter_map(|bodies| MirroredPair::new(skeleton, poses, bodies)).collect()
 }
 
-/// Those of the `pairs` that reach the ground where all joints stand at 0. Of several in one leg, as a foot
-/// and its toes, the one with the larger sole.
+/// Those of the `pairs` that reach the ground where all joints stand at 0. Of several in one leg,
+/// as a foot and its toes, the one with the larger sole.
 pub(crate) fn standing_pairs(
     skeleton: &Skeleton,
     shapes: &LinkShapes,

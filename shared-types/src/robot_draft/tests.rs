@@ -229,6 +229,36 @@ fn fingers() -> String {
     replaced(&hubo(), "</robot>", &format!("{added}</robot>"))
 }
 
+/// Hubo with arms that point to the sides where all joints stand at 0.
+fn outstretched_arms() -> String {
+    let roll = |urdf: &str, side: &str, rpy: &str| {
+        changed(urdf, &format!("<joint name=\"{side}_shoulder_roll\""), "</joint>", |joint| {
+            let joint =
+                joint.replace("\"/>\n    <axis", &format!("\" rpy=\"{rpy} 0 0\"/>\n    <axis"));
+            let limits = joint.find("<limit lower").unwrap();
+            let rest = joint[limits..].find(" effort").unwrap() + limits;
+            format!("{}<limit lower=\"-2\" upper=\"2\"{}", &joint[..limits], &joint[rest..])
+        })
+    };
+    roll(&roll(&hubo(), "left", "1.5708"), "right", "-1.5708")
+}
+
+#[test]
+fn outstretched_arms_hang_and_are_not_raised() {
+    let (_, model) = drafted(&outstretched_arms());
+    let links = model.root_from_links(&model.standing_q);
+    let at = |name: &str| {
+        let index = model.links.iter().position(|link| link.name == name).unwrap();
+        links[index].translation
+    };
+    for side in ["left", "right"] {
+        let (shoulder, forearm) =
+            (at(&format!("{side}_upper_arm")), at(&format!("{side}_forearm")));
+        let down = shoulder - forearm;
+        assert!(down.z > 0.9 * down.length(), "the {side} arm points to {}", -down);
+    }
+}
+
 #[test]
 fn fingers_and_heads_are_locked_and_mimics_go_with_them() {
     let (draft, model) = drafted(&fingers());

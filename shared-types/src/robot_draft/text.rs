@@ -7,6 +7,9 @@ use glam::{DQuat, DVec3};
 
 use crate::robot_draft::draft::{DraftFoot, Noted, RobotDraft};
 
+/// The name of every robot file.
+pub const ROBOT_FILE: &str = "robot.toml";
+
 /// Lengths and angles are written with this many decimals.
 const DECIMALS: usize = 5;
 

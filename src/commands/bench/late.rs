@@ -3,15 +3,17 @@
 //! pass the dynamic checks.
 
 use serde::Serialize;
-use surefoot_controller_sim::{Checker, walk_late};
+use surefoot_controller_sim::{Checker, LateChunks, walk_late};
 use surefoot_planner::Planner;
 use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::plan_file::write::{executed_plan, save};
 
 use crate::cli::bench_arguments::LateArguments;
 use crate::commands::bench::print_report::print_report;
 use crate::commands::search_loop;
 use crate::input::inputs::{Inputs, Overrides};
+use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::PlanResult;
 
@@ -28,9 +30,10 @@ struct LateReport {
     braked: u64,
     /// Chunks that came late, in all walks.
     late: u64,
-    /// How often a robot began to brake, and how often it stood and went on.
+    /// How often a robot had to stop.
     brakes: u64,
-    resumptions: u64,
+    /// How long robots stood, s.
+    stood_seconds: f64,
     /// Instants checked.
     instants: u64,
     /// The first violation of each walk that has one.
@@ -54,9 +57,17 @@ pub fn run(arguments: &LateArguments) -> Result<CommandOutcome, CommandError> {
         chunks: chunks.len(),
         ..LateReport::default()
     };
+    if let Some(folder) = &arguments.out {
+        output_files::check_folder(folder)?;
+    }
     for seed in 1..=arguments.walks {
         CommandError::unless_interrupted()?;
-        report.add(seed, &mut checker, &chunks);
+        let late = LateChunks { seed, share: arguments.share };
+        let executed = report.add(&late, &mut checker, &chunks);
+        if let Some(folder) = arguments.out.as_ref().filter(|_| !executed.is_empty()) {
+            let plan = executed_plan(model, world, scenario, &executed, folder);
+            save(&plan, &folder.join(format!("{}_late_{seed}.json", scenario.name)))?;
+        }
     }
     print_report(&report, arguments.json, || report.text())?;
     let is_right = report.finished == report.walks;
@@ -73,19 +84,28 @@ fn planned(inputs: &Inputs) -> Result<Option<Vec<PlanChunk>>, CommandError> {
 }
 
 impl LateReport {
-    fn add(&mut self, seed: u64, checker: &mut Checker, chunks: &[PlanChunk]) {
+    /// Adds a walk. Returns its motion as executed, as far as it passed the checks.
+    fn add(
+        &mut self,
+        late: &LateChunks,
+        checker: &mut Checker,
+        chunks: &[PlanChunk],
+    ) -> Vec<PlanChunk> {
         self.walks += 1;
-        match walk_late(checker, chunks, seed) {
+        match walk_late(checker, chunks, late) {
             Ok(walk) => {
                 self.finished += u64::from(walk.is_finished);
                 self.braked += u64::from(walk.brakes > 0);
                 self.late += walk.late;
                 self.brakes += walk.brakes;
-                self.resumptions += walk.resumptions;
+                self.stood_seconds += walk.stood;
                 self.instants += walk.instants;
+                walk.executed
             }
             Err((time, violation)) => {
+                let seed = late.seed;
                 self.violations.push(format!("seed {seed}, at {time:.3} s: {violation}"));
+                Vec::new()
             }
         }
     }
@@ -94,8 +114,8 @@ impl LateReport {
         let Self { scenario, walks, chunks, finished, braked, .. } = self;
         let mut text = format!(
             "{scenario}: {finished} of {walks} walks of {chunks} chunks arrived, {braked} of them \
-             braked; {} late chunks, {} stops, {} resumptions, {} instants checked",
-            self.late, self.brakes, self.resumptions, self.instants
+             braked; {} late chunks, {} stops, {:.1} s of standing, {} instants checked",
+            self.late, self.brakes, self.stood_seconds, self.instants
         );
         self.violations.iter().for_each(|violation| text += &format!("\n{violation}"));
         text

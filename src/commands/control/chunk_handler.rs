@@ -6,9 +6,10 @@ use surefoot_controller_sim::missing_contact;
 use surefoot_controller_sim::{ChunkExecutor, Disturbance, GroundTruth, Violation};
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::instance::error::ChannelError;
-use surefoot_shared_types::message::{Check, Margins, PlanChunk, WorldCorrection};
+use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, WorldCorrection};
+use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::commands::control::simulated::Simulated;
+use crate::commands::control::paced_walk::PacedWalk;
 use crate::report::event::{CheckSummary, Refusal};
 use crate::report::margins::WorstMargins;
 use crate::system::clock::Stopwatch;
@@ -18,9 +19,7 @@ pub(crate) struct ChunkHandler {
     executor: ChunkExecutor,
     ground_truth: Option<GroundTruth>,
     disturbance: Option<Disturbance>,
-    simulated: Option<Simulated>,
-    /// The error of the simulation, if one occurred.
-    simulated_result: Result<(), ChannelError>,
+    robot: PacedWalk,
     corrections: usize,
     seconds: f64,
     detail: String,
@@ -32,14 +31,13 @@ impl ChunkHandler {
         executor: ChunkExecutor,
         ground_truth: Option<GroundTruth>,
         disturbance: Option<Disturbance>,
-        simulated: Option<Simulated>,
+        robot: PacedWalk,
     ) -> Self {
         Self {
             executor,
             ground_truth,
             disturbance,
-            simulated,
-            simulated_result: Ok(()),
+            robot,
             corrections: 0,
             seconds: 0.0,
             detail: String::new(),
@@ -59,9 +57,19 @@ impl ChunkHandler {
         &self.detail
     }
 
-    /// The error of the simulation, if one occurred.
+    /// The error of publishing the robot's state, if one occurred.
     pub(crate) fn error(&mut self) -> Result<(), ChannelError> {
-        std::mem::replace(&mut self.simulated_result, Ok(()))
+        self.robot.error()
+    }
+
+    /// The robot.
+    pub(crate) fn model(&self) -> &RobotModel {
+        self.executor.checker().model()
+    }
+
+    /// The motion as executed so far; nothing if it is not recorded.
+    pub(crate) fn executed(&self) -> Vec<PlanChunk> {
+        self.robot.executed()
     }
 
     /// Checks a chunk and executes it if it is accepted. Calls `heartbeat` repeatedly meanwhile.
@@ -70,30 +78,47 @@ impl ChunkHandler {
         chunk: &PlanChunk,
         heartbeat: &mut dyn FnMut(),
     ) -> ChunkDecision {
+        self.robot.await_chunk(chunk, self.executor.checker_mut(), heartbeat);
         let watch = Stopwatch::start();
         let decision = match self.executor.check_chunk(chunk, heartbeat) {
             Ok(margins) => self.walk(chunk, margins, heartbeat),
             Err(violation) => self.refuse(chunk, violation),
         };
         self.seconds += watch.seconds();
-        let walked = match &decision {
-            ChunkDecision::Accepted(..) => chunk,
-            ChunkDecision::AcceptedAs(_, _, walked) => walked,
-            ChunkDecision::Refused { .. } => return decision,
-        };
-        if let (Some(simulated), Ok(())) = (&mut self.simulated, &self.simulated_result) {
-            self.simulated_result = simulated.walk(&mut self.executor, walked, heartbeat);
+        let (robot, checker) = (&mut self.robot, self.executor.checker_mut());
+        match &decision {
+            ChunkDecision::Accepted(..) => robot.accept(chunk, checker, heartbeat),
+            ChunkDecision::AcceptedAs(_, _, walked) => robot.accept(walked, checker, heartbeat),
+            ChunkDecision::Refused { .. } => robot.come_to_rest(checker, heartbeat),
         }
         decision
     }
 
-    /// Summary at the end of a plan.
-    pub(crate) fn summary(&self, duplicated: u64, refusal: Option<Refusal>) -> CheckSummary {
+    /// Where the robot walks in real time, walks up to now.
+    pub(crate) fn catch_up(&mut self) {
+        self.robot.catch_up(self.executor.checker_mut());
+    }
+
+    /// The robot brakes, where it moves, and stands.
+    pub(crate) fn come_to_rest(&mut self) {
+        self.robot.come_to_rest(self.executor.checker_mut(), &mut || {});
+    }
+
+    /// Summary at the end of a plan, of a controller that has published `feedback`.
+    pub(crate) fn summary(
+        &self,
+        duplicated: u64,
+        feedback: &Feedback,
+        refusal: Option<Refusal>,
+    ) -> CheckSummary {
         let margins = WorstMargins::from(&self.executor.margins());
         CheckSummary {
             check_seconds: self.seconds,
             accepted: self.executor.next_sequence(),
             duplicated,
+            late_chunks: self.robot.late_chunks(),
+            brakes: feedback.brakes,
+            stood_seconds: feedback.stood,
             margins,
             refusal,
         }

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::{DQuat, DVec3};
 use surefoot_controller_sim::plan::plan_check::CheckResult;
 use surefoot_controller_sim::{Problem, check_plan_in};
+use surefoot_shared_types::message::SupportMode;
 use surefoot_shared_types::plan_format::blocks::{PhaseBlock, PlanFile, PoseBlock};
 
 use crate::report::command_error::CommandError;
@@ -63,7 +64,8 @@ fn walk(plan: &PlanFile) -> String {
         let foot = usize::from(contact.foot == "right");
         add_place(&mut feet[foot], contact.sole_pose.xyz.into());
     }
-    let facts = WalkFacts::new(root, feet);
+    let modes = plan.phases.iter().filter_map(|phase| SupportMode::from_name(&phase.mode));
+    let facts = WalkFacts::new(root, feet, modes);
     let double = plan.phases.iter().filter(|phase| phase.mode == "double");
     let double: f64 = double.map(|phase| time(phase.last) - time(phase.first)).sum();
     let share = if facts.seconds > 0.0 { double / facts.seconds } else { 0.0 };

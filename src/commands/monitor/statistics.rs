@@ -8,6 +8,7 @@ use surefoot_shared_types::message::{
 };
 
 use crate::commands::monitor::motion::{StateStats, StateSummary};
+use crate::report::event::describe_stops;
 use crate::report::margins::WorstMargins;
 
 /// Most latencies that are kept for the quantiles.
@@ -47,6 +48,10 @@ pub(crate) struct Summary {
     /// Time from a chunk's publication to its verdict, as the monitor observes it, s: median, 95 %
     /// quantile, maximum.
     verdict_latency: Option<[f64; 3]>,
+    /// How often the robot had to stop because a chunk was not there, so far.
+    brakes: u64,
+    /// How long it stood for that reason, s.
+    stood_seconds: f64,
     /// The worst margins so far.
     margins: WorstMargins,
     /// Statistics of the simulated robot, where the controller publishes its state.
@@ -65,6 +70,8 @@ pub(crate) struct MonitorStats {
     /// Times at which the chunks without a verdict were first seen, by sequence number, s.
     published: BTreeMap<u64, f64>,
     latencies: Vec<f64>,
+    /// The stops that the last feedback states: their number and duration (s).
+    stops: (u64, f64),
     margins: WorstMargins,
     state_stats: StateStats,
 }
@@ -180,6 +187,8 @@ impl MonitorStats {
             chunks_per_second: rate(self.chunks),
             feedback_per_second: rate(self.feedback_count),
             verdict_latency: quantiles(&mut self.latencies),
+            brakes: self.stops.0,
+            stood_seconds: self.stops.1,
             margins: self.margins,
             state: self.state_stats.summary(period),
         };
@@ -210,6 +219,7 @@ impl MonitorStats {
             }
         }
         self.accepted = feedback.next_sequence;
+        self.stops = (feedback.brakes, feedback.stood);
         self.margins = WorstMargins::from(&feedback.margins);
     }
 }
@@ -276,8 +286,10 @@ impl Summary {
         let margins = self.margins.describe();
         let margins = if margins.is_empty() { margins } else { format!("; margins: {margins}") };
         let state = self.state.map_or(String::new(), |state| format!("; {}", state.describe()));
+        let stops = describe_stops(0, self.brakes, self.stood_seconds);
+        let stops = stops.map_or(String::new(), |stops| format!("; {stops}"));
         format!(
-            "{:9.3} s  {} accepted, {rates}{latency}{margins}{state}",
+            "{:9.3} s  {} accepted, {rates}{latency}{margins}{stops}{state}",
             self.seconds, self.accepted
         )
     }
@@ -305,7 +317,8 @@ mod tests {
         assert_eq!(stats.record_chunk(&chunk(1), 1.1).len(), 0);
         stats.record_chunk(&chunk(0), 1.2);
         assert_eq!(stats.record_feedback(&feedback(0), 1.25).len(), 1, "a controller");
-        stats.record_feedback(&feedback(2), 1.5);
+        let stopped = Feedback { brakes: 2, stood: 3.12, ..feedback(2) };
+        stats.record_feedback(&stopped, 1.5);
         let MonitorEvent::Summary(summary) = stats.summary(2.0, 1.0) else { panic!("no summary") };
         let [p50, _, max] = summary.verdict_latency.unwrap();
         assert!((p50 - 0.4).abs() < 1e-9 && (max - 0.5).abs() < 1e-9, "{summary:?}");
@@ -313,6 +326,7 @@ mod tests {
             (summary.accepted, summary.chunks_per_second, summary.feedback_per_second),
             (2, 3.0, 2.0)
         );
+        assert!(summary.line().contains("; braked 2 times, stood 3.1 s"), "{}", summary.line());
     }
 
     #[test]

@@ -18,6 +18,7 @@ use surefoot_shared_types::message::{
 };
 
 use crate::cli::arguments::PlanArguments;
+use crate::commands::plan::described_publisher;
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::request_queue::RequestQueue;
 use crate::commands::search_loop;
@@ -27,7 +28,6 @@ use crate::report::event::{Delivered, PlanResult, Planned, RoleEvent};
 use crate::report::reporter::Reporter;
 use crate::report::summary;
 use crate::system::clock::Stopwatch;
-use crate::system::instance::enter_instance;
 use crate::system::signals;
 
 /// Time between two polls of the request server.
@@ -99,7 +99,7 @@ pub(crate) fn run(
         return Err(CommandError::Usage("--serve needs --instance NAME".into()));
     };
     let session = random_id();
-    let publisher = PlanPublisher::open(&enter_instance(name)?, session)?;
+    let publisher = described_publisher::open(name, session, inputs)?;
     let server = RequestServer::open(publisher.participant(), session)?;
     let queue = RefCell::new(RequestQueue::new(server));
     let mut server = Server {
@@ -196,6 +196,7 @@ impl Server<'_> {
                 break request;
             }
             self.queue.borrow_mut().publish()?;
+            self.publisher.participant().refresh_description();
             std::thread::sleep(POLL_INTERVAL);
         };
         self.queue.borrow_mut().begin(&request)?;

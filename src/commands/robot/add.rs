@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use surefoot_shared_types::base::text_file::{folder_of, relative_path};
 use surefoot_shared_types::robot::load::robot_from_text;
 use surefoot_shared_types::robot::model::RobotModel;
-use surefoot_shared_types::robot_draft::text::robot_file;
+use surefoot_shared_types::robot_draft::text::{ROBOT_FILE, robot_file};
 use surefoot_shared_types::robot_draft::{DraftOptions, RobotDraft};
 
 use crate::cli::robot_arguments::RobotAddArguments;
-use crate::commands::robot::ROBOT_FILE;
 use crate::commands::robot::add_summary::summary;
 use crate::commands::robot::made_folder::MadeFolder;
 use crate::commands::robot::trial::{self, Trial};

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::robot_draft::text::ROBOT_FILE;
 use surefoot_shared_types::robot_draft::{DraftFoot, Noted, RobotDraft};
 
-use crate::commands::robot::ROBOT_FILE;
 use crate::commands::robot::trial::Trial;
 
 /// Largest share of a joint's effort on one foot at which walks are found, percent.

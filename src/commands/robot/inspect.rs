@@ -7,12 +7,11 @@ use surefoot_planner::collision::model::CollisionModel;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::{load_robot, robot_from_text};
 use surefoot_shared_types::robot::model::RobotModel;
-use surefoot_shared_types::robot_draft::text::robot_file;
+use surefoot_shared_types::robot_draft::text::{ROBOT_FILE, robot_file};
 use surefoot_shared_types::robot_draft::{DraftOptions, RobotDraft};
 
 use crate::cli::arguments::OutputArguments;
 use crate::cli::robot_arguments::RobotInspectArguments;
-use crate::commands::robot::ROBOT_FILE;
 use crate::commands::robot::inspect_text::{json, text};
 use crate::commands::robot::trial::level_ground;
 use crate::input::output_files;

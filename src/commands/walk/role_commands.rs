@@ -42,16 +42,23 @@ impl RoleCommands<'_> {
         let role = Role::Controller;
         let core = cores_of_roles(self.arguments.search.threads()).1;
         let mut command = self.command("control", role, core)?;
-        if let Some(ground_truth) = &self.arguments.ground_truth {
-            let ground_truth = std::path::absolute(ground_truth)
-                .map_err(|source| CommandError::Start { role, source })?;
-            command.arg(option_with_path("--ground-truth", &ground_truth));
+        let simulation = &self.arguments.simulation;
+        let files =
+            [("--ground-truth", &simulation.ground_truth), ("--executed", &simulation.executed)];
+        for (option, path) in files {
+            let Some(path) = path else { continue };
+            let path =
+                std::path::absolute(path).map_err(|source| CommandError::Start { role, source })?;
+            command.arg(option_with_path(option, &path));
         }
-        if let Some(rate) = self.arguments.rate {
+        if let Some(rate) = simulation.rate {
             command.arg("--rate").arg(rate.to_string());
         }
-        if let Some(seed) = self.arguments.disturb {
+        if let Some(seed) = simulation.disturb {
             command.arg("--disturb").arg(seed.to_string());
+        }
+        if let Some(late) = simulation.late {
+            command.arg("--late").arg(format!("{}:{}", late.seed, late.share));
         }
         Ok(command)
     }

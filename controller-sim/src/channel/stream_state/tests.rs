@@ -59,7 +59,7 @@ fn duplicates_gaps_and_foreign_chunks_are_counted_and_not_checked() {
         state.stats(),
         ReceiverStats { received: 9, accepted: 4, duplicates: 2, gaps: 2, stale: 0, foreign: 1 }
     );
-    assert_eq!(state.feedback(1).stream, chunks[3].stream_after());
+    assert_eq!(state.feedback(1, WalkProgress::default()).stream, chunks[3].stream_after());
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn damage_is_detected_before_any_field_is_used() {
         bytemuck::bytes_of_mut(&mut damaged)[bit / 8] ^= 1 << (bit % 8);
         assert_eq!(walk(&mut state, &damaged), ChunkTriage::Refuse(Check::Crc), "header bit {bit}");
         assert_eq!(walk(&mut state, &damaged), ChunkTriage::Ignore, "a refusal stays");
-        let feedback = state.feedback(1);
+        let feedback = state.feedback(1, WalkProgress::default());
         assert_eq!(
             (feedback.verdict, feedback.check, feedback.session),
             (Verdict::Refused as u32, Check::Crc as u32, 0)
@@ -143,7 +143,7 @@ fn margins_are_those_of_the_plan_in_execution() {
             &Margins { balance, ..Margins::UNMEASURED },
             chunk,
         );
-        state.feedback(1).margins.balance
+        state.feedback(1, WalkProgress::default()).margins.balance
     };
     let (first, second) = (stream(1, 1, 2, 0.0), stream(1, 2, 1, 0.0));
     assert_eq!([accept(&first[0], 0.01), accept(&first[1], 0.02)], [0.01, 0.01]);
@@ -162,11 +162,12 @@ fn a_successor_starts_from_the_last_rest_state() {
     state.refuse(Check::WorldDiffers, 2, Some(WorldCorrection::missing(3)));
     let record = JournalRecord {
         stream_after_first: state.stream_after_first(),
-        feedback: state.feedback(5),
+        feedback: state.feedback(5, WalkProgress::default()),
         ..JournalRecord::zeroed()
     };
     let mut next = StreamState::take_over(10, &record);
-    let (before, after) = (state.feedback(6), next.feedback(1));
+    let (before, after) =
+        (state.feedback(6, WalkProgress::default()), next.feedback(1, WalkProgress::default()));
     assert_eq!(
         (after.controller_id, after.next_sequence, after.walked, after.stream),
         (10, 2, 2, before.stream)
@@ -179,7 +180,13 @@ fn a_successor_starts_from_the_last_rest_state() {
     let mut chunk = PlanChunk { target_controller: 10, session: 2, epoch: 1, ..chunks[0] };
     chunk.write_crc();
     assert_eq!(walk(&mut next, &chunk), ChunkTriage::Check, "a new epoch goes on");
-    assert_eq!((next.feedback(2).walked, next.feedback(2).corrections().len()), (3, 1));
+    assert_eq!(
+        (
+            next.feedback(2, WalkProgress::default()).walked,
+            next.feedback(2, WalkProgress::default()).corrections().len()
+        ),
+        (3, 1)
+    );
 }
 
 #[test]
@@ -187,7 +194,7 @@ fn corrections_accumulate_up_to_the_limit() {
     let mut state = StreamState::new(ME);
     for shape in 0..CORRECTIONS_MAX as u32 + 8 {
         state.refuse(Check::WorldDiffers, 0, Some(WorldCorrection::missing(shape)));
-        assert!(state.feedback(1).is_well_formed());
+        assert!(state.feedback(1, WalkProgress::default()).is_well_formed());
     }
-    assert_eq!(state.feedback(1).corrections().len(), CORRECTIONS_MAX);
+    assert_eq!(state.feedback(1, WalkProgress::default()).corrections().len(), CORRECTIONS_MAX);
 }

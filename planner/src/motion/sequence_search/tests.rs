@@ -82,7 +82,7 @@ impl Line {
     }
 
     fn starts(&self, [left, right]: [FootholdId; 2]) -> Vec<TransitionId> {
-        [self.graph.find(left, right), self.graph.find(right, left)].into_iter().flatten().collect()
+        self.graph.find_all(left, right).chain(self.graph.find_all(right, left)).collect()
     }
 
     /// A search that has ended.
@@ -252,4 +252,37 @@ fn costs_are_those_of_the_thesis() {
         cost > 0.0 && cost <= SINGLE_MODE_PENALTY,
         "the penalty p, or the cost of another sequence"
     );
+}
+
+#[test]
+fn other_configurations_on_the_same_footholds_replace_a_failed_motion() {
+    let mut line = Line::new(&[0.0, 0.3], 0.5);
+    let (sequence, _) = line.cheapest();
+    let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
+    let known = line.graph.transitions().len() as TransitionId;
+    for id in 0..known {
+        line.graph.record_failures(id, 1_000);
+    }
+    for &id in &sequence {
+        line.graph.record_found(id, configuration).unwrap();
+    }
+    let (from, to) = (sequence[0], sequence[1]);
+    line.edges.set(from, to, EdgeRecord { failures: 9, motion: None }).unwrap();
+    line.graph.record_failed_motion(from, to);
+    assert!(line.cheapest().1 > 1.0, "no walk is left");
+    line.graph.add_alternative(from).unwrap();
+    let added = known..line.graph.transitions().len() as TransitionId;
+    for id in added.clone() {
+        assert!(
+            !line.graph.is_unestimated(id) && line.graph.transitions()[id as usize].attempts > 12
+        );
+        line.graph.record_found(id, configuration).unwrap();
+    }
+    let (other, cost) = line.cheapest();
+    let pair = |id: TransitionId| {
+        let transition = &line.graph.transitions()[id as usize];
+        (transition.stance, transition.other)
+    };
+    assert_eq!(cost, 0.0);
+    assert!(added.contains(&other[0]) && pair(other[0]) == pair(from), "{other:?}");
 }

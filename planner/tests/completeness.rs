@@ -1,0 +1,95 @@
+//! What the search reaches only by its last resorts: docs/COMPLETENESS.md.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
+mod common;
+
+use common::Case;
+use glam::{DQuat, DVec2};
+use surefoot_planner::collision::model::CollisionModel;
+use surefoot_planner::constraints::constraints::Constraints;
+use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
+use surefoot_planner::constraints::mode_state::ModeState;
+use surefoot_planner::motion::cbirrt::SingleModeProblem;
+use surefoot_planner::motion::single_mode::solve;
+use surefoot_planner::motion::workspace::Workspace;
+use surefoot_planner::primitives::transition_configuration::{
+    TransitionPair, is_unbounded, sample, world_from_soles,
+};
+use surefoot_planner::robot::mechanism::Mechanism;
+use surefoot_shared_types::Pose;
+
+/// Seeds of each test.
+const SEEDS: u64 = 20;
+/// Waypoints of a motion, and nodes of a tree.
+const WORKSPACE: [usize; 2] = [1024, 1024];
+
+/// A floor with a box over it: its centre and half of each side, m.
+fn constraints_under(center: [f64; 3], half_extents: [f64; 3]) -> Constraints {
+    let case = Case::shipped("flat_walk").with_box(center, half_extents);
+    let config = case.scenario.planner.clone();
+    let robot = Mechanism::new(&case.model, &config).unwrap();
+    let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+    Constraints::new(robot, collision, config)
+}
+
+/// A foothold on the floor.
+fn foothold(constraints: &Constraints, limb: usize, at: DVec2) -> Foothold {
+    let pose = Pose::from_parts(at.extend(0.0), DQuat::IDENTITY);
+    Foothold::whole(&constraints.robot, limb, pose)
+}
+
+#[test]
+fn samples_reach_postures_outside_the_boxes() {
+    let constraints = constraints_under([5.0, 0.0, 1.5], [2.0, 1.0, 0.5]);
+    let [stance, other] =
+        [(0, 0.12), (1, -0.12)].map(|(limb, y)| foothold(&constraints, limb, DVec2::new(5.0, y)));
+    let (mode, pair) = (single_mode(&stance), TransitionPair { stance: &stance, other: &other });
+    let holds =
+        |seed: u64, attempt: u64| sample(&constraints, &mode, pair, (seed, 0), attempt).is_ok();
+    for seed in 1..=SEEDS {
+        let (unbounded, boxed): (Vec<u64>, Vec<u64>) =
+            (0..6_000).partition(|&attempt| is_unbounded(attempt));
+        let count =
+            |attempts: &[u64]| attempts.iter().filter(|&&attempt| holds(seed, attempt)).count();
+        assert_eq!(count(&boxed), 0, "seed {seed}");
+        assert!(count(&unbounded) > 0, "seed {seed}");
+    }
+}
+
+/// A step of 0.3 m whose weight shift leads the head from behind a bar to before it.
+fn shift_below_a_bar(constraints: &Constraints) -> SingleModeProblem {
+    let behind = foothold(constraints, 0, DVec2::new(4.85, 0.1));
+    let ahead = foothold(constraints, 1, DVec2::new(5.15, -0.1));
+    let state = |stance: &Foothold, other: &Foothold| {
+        let pair = TransitionPair { stance, other };
+        let mode = single_mode(stance);
+        let found =
+            (0..600).find_map(|attempt| sample(constraints, &mode, pair, (1, 0), attempt).ok());
+        ModeState { configuration: found.unwrap(), world_from_soles: world_from_soles(pair) }
+    };
+    SingleModeProblem {
+        mode: double_mode(&behind, &ahead),
+        from: state(&behind, &ahead),
+        to: state(&ahead, &behind),
+        random: (1, 1),
+        failures: 0,
+    }
+}
+
+#[test]
+fn a_motion_outside_the_first_box_is_found_after_failures() {
+    let constraints = constraints_under([5.0, 0.0, 1.23], [0.01, 0.6, 0.01]);
+    let problem = shift_below_a_bar(&constraints);
+    let head = |state: &ModeState| state.configuration.world_from_root.translation.x;
+    assert!(head(&problem.from) < 4.9 && head(&problem.to) > 5.1);
+    let mut workspace = Workspace::new(WORKSPACE[0], WORKSPACE[1]);
+    for seed in 1..=SEEDS {
+        let mut finds = |failures: u32| {
+            let problem = SingleModeProblem { random: (seed, 1), failures, ..problem.clone() };
+            solve(&constraints, &problem, &mut workspace).is_ok()
+        };
+        assert!(!(0..=4).any(&mut finds), "seed {seed}: within the first box");
+        assert!((5..25).any(&mut finds), "seed {seed}");
+    }
+}
