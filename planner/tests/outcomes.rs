@@ -8,6 +8,7 @@ use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, preparation_for, run};
 use glam::DVec3;
 use surefoot_planner::base::capacity::ArenaFull;
+use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::Hit;
 use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::foot_placement::sole_support::{NoSupport, SurfacesError};
@@ -16,11 +17,11 @@ use surefoot_planner::pipeline::outcome::{Bound, EndpointError};
 use surefoot_planner::relaxation::{Blockage, Obstruction};
 use surefoot_planner::robot::mechanism::{LINKS_MAX, MechanismError};
 use surefoot_planner::{Outcome, Planner, PlannerError, Status};
-use surefoot_shared_types::Shape;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::{Contact, RestState, SupportMode, Waypoint};
 use surefoot_shared_types::robot::model::{Foot, Link};
+use surefoot_shared_types::{Pose, Shape};
 
 const STEP: u64 = 20_000;
 
@@ -235,6 +236,41 @@ fn a_start_in_the_air_is_unsupported() {
     case.scenario.start.position.z = 0.4;
     let fault = EndpointError::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
     assert_eq!(outcome_of(&case), Outcome::StartInvalid(fault));
+}
+
+#[test]
+fn a_start_on_ground_too_rough_to_carry_says_how_uneven_it_is() {
+    const SIDE: u32 = 60;
+    let mut case = flat_walk();
+    let mut random = Random::new(3, Stream::Preparation, 0, 0);
+    let corner = case.scenario.start.position - DVec3::new(0.6, 0.6, 0.0);
+    let mut vertex = |k: u32| {
+        let [row, column] = [k / (SIDE + 1), k % (SIDE + 1)].map(|step| 0.02 * f64::from(step));
+        corner + DVec3::new(row, column, random.uniform(-4e-3, 4e-3))
+    };
+    let cells = (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| row * (SIDE + 1) + column));
+    let ground = Shape::Mesh {
+        vertices: (0..(SIDE + 1) * (SIDE + 1)).map(&mut vertex).collect(),
+        triangles: cells
+            .flat_map(|a| [[a, a + SIDE + 1, a + SIDE + 2], [a, a + SIDE + 2, a + 1]])
+            .collect(),
+        source: None,
+    };
+    case.world.shapes[0].shape = ground;
+    case.world.shapes[0].world_from_shape = Pose::IDENTITY;
+    let mut planner = case.planner(1);
+    let outcome = run(&mut planner, STEP);
+    let named = planner.describe(&outcome);
+    assert!(matches!(
+        outcome,
+        Outcome::StartInvalid(EndpointError::Unsupported {
+            reason: NoSupport::AreaTooSmall | NoSupport::CentroidNearEdge,
+            ..
+        })
+    ));
+    let uneven = named.split_once("the ground under the sole is uneven by at least ").unwrap().1;
+    let height: f64 = uneven.strip_suffix(" mm").unwrap().parse().unwrap();
+    assert!((2.0..=8.0).contains(&height), "{named}");
 }
 
 #[test]

@@ -37,6 +37,8 @@ const LEG_EXTENSIONS: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
 const GROUND_Z: [f64; 2] = [-0.1, 0.1];
 /// Greatest horizontal distance of a foothold from a wanted sole pose, m.
 pub(crate) const OFFSET_MAX: f64 = 0.03;
+/// Most distance between a wanted sole and where it comes to rest that roughness accounts for, m.
+const ROUGHNESS_MAX: f64 = 8e-3;
 /// Limits of the query for ground near a wanted sole pose.
 const GROUND_LIMITS: SampleLimits =
     SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
@@ -314,7 +316,7 @@ pub(crate) fn foothold_near(
 /// rest when it is set down there.
 ///
 /// # Errors
-/// That of the sole pose.
+/// That of the sole pose; on rough ground that of the pose of rest.
 fn foothold_set_down(
     constraints: &Constraints,
     surfaces: &Surfaces,
@@ -330,9 +332,25 @@ fn foothold_set_down(
         yaw: yaw_of(wanted.rotation),
         reach_z: GROUND_Z,
     };
-    let rest = rest_pose(surfaces, scratch, &sole);
-    let rest = rest.map(|pose| foothold_at(constraints, surfaces, scratch, limb, &pose));
-    rest.and_then(Result::ok).map_or(exact, Ok)
+    let Some(rest) = rest_pose(surfaces, scratch, &sole) else { return exact };
+    match foothold_at(constraints, surfaces, scratch, limb, &rest) {
+        Ok(foothold) => Ok(foothold),
+        Err(error) if is_small(&error) && is_rough(sole.outline, [wanted, &rest]) => Err(error),
+        Err(_) => exact,
+    }
+}
+
+/// Whether a sole has contacts, but too few.
+fn is_small(error: &EndpointError) -> bool {
+    let EndpointError::Unsupported { reason, .. } = error else { return false };
+    matches!(reason, NoSupport::AreaTooSmall | NoSupport::CentroidNearEdge)
+}
+
+/// Whether a sole that is set down comes to rest so near to the wanted pose that the ground is
+/// rough there, rather than an obstacle or a hole in the sole's place.
+fn is_rough(outline: &[DVec2], [wanted, rest]: [&Pose; 2]) -> bool {
+    let apart = |corner: &DVec2| (*wanted * corner.extend(0.0) - *rest * corner.extend(0.0)).z;
+    outline.iter().all(|corner| apart(corner).abs() <= ROUGHNESS_MAX)
 }
 
 /// The foothold exactly at a sole pose.

@@ -9,6 +9,7 @@ use crate::collision::model::FootPhase;
 use crate::constraints::rejection::Rejection;
 use crate::foot_placement::sole_support::NoSupport;
 use crate::geometry::bvh::Aabb;
+use crate::geometry::polygon::edges;
 use crate::pipeline::outcome::{EndpointError, Outcome};
 use crate::preparation::planning_context::PlanningContext;
 
@@ -16,6 +17,8 @@ use crate::preparation::planning_context::PlanningContext;
 const NAMED_DISTANCE_MAX: f64 = 1.0;
 /// Half of the height of the plate above a sole in which obstacles are named, m.
 const PLATE_HALF_HEIGHT: f64 = 0.009;
+/// Points along each side of a sole under which the ground is compared.
+const GROUND_SAMPLES: usize = 8;
 
 /// One line that says what ended the search and what to do about it. `ends` are start and goal.
 pub(crate) fn describe(
@@ -52,11 +55,17 @@ fn details(
                 NoSupport::Penetrates => {
                     let named = obstacle(context, limb, &sole);
                     let height = height_text(context, &sole);
-                    Some([named, height].into_iter().flatten().collect::<Vec<_>>().join("; "))
-                        .filter(|text| !text.is_empty())
+                    let known: Vec<String> = [named, height].into_iter().flatten().collect();
+                    match known.is_empty() {
+                        true => unevenness(context, limb, &sole),
+                        false => Some(known.join("; ")),
+                    }
                 }
                 NoSupport::NothingBelow | NoSupport::TooSteep => {
                     steepness(context, &sole).or_else(|| height_text(context, &sole))
+                }
+                NoSupport::AreaTooSmall | NoSupport::CentroidNearEdge => {
+                    unevenness(context, limb, &sole)
                 }
                 _ => None,
             }
@@ -95,6 +104,21 @@ fn height_text(context: &PlanningContext, sole: &Pose) -> Option<String> {
     (height - here).abs().gt(&1e-3).then(|| {
         format!("the ground there is at z = {height:.3} m, the sole at z = {:.3} m", here + 0.0)
     })
+}
+
+/// How much the height of the ground differs under a sole, if it does.
+fn unevenness(context: &PlanningContext, limb: usize, sole: &Pose) -> Option<String> {
+    let polygon = &context.constraints.robot.soles[limb].polygon;
+    let along_sides = edges(polygon).flat_map(|(a, b)| {
+        (0..GROUND_SAMPLES).map(move |k| a.lerp(b, k as f64 / GROUND_SAMPLES as f64))
+    });
+    let inside = along_sides.flat_map(|at| [at, 0.5 * at]);
+    let heights = inside.filter_map(|at| ground_at(context, *sole * at.extend(0.0)));
+    let [low, high] = heights
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], (z, _)| [low.min(z), high.max(z)]);
+    let difference = 1e3 * (high - low);
+    (difference >= 0.1 && difference.is_finite())
+        .then(|| format!("the ground under the sole is uneven by at least {difference:.1} mm"))
 }
 
 /// The angle of the ground at a sole, if it is too steep.

@@ -22,18 +22,26 @@ impl Digest {
 
     /// The next link of a hash chain: the digest of `self` followed by `bytes`.
     pub fn chain(&self, bytes: &[u8]) -> Self {
-        self.chain_pieces(&[bytes])
+        Self::of(&[&self.0, bytes])
     }
 
-    /// As [`Self::chain`], of the concatenation of `pieces`.
-    pub fn chain_pieces(&self, pieces: &[&[u8]]) -> Self {
-        let mut hasher = Sha256::new();
-        hasher.update((self.0.len() as u64).to_le_bytes());
-        hasher.update(self.0);
-        let length: usize = pieces.iter().map(|piece| piece.len()).sum();
-        hasher.update((length as u64).to_le_bytes());
-        pieces.iter().for_each(|piece| hasher.update(piece));
-        Self(hasher.finalize().into())
+    /// The next link of a hash chain: the digest of `self` followed by what `write` adds, from
+    /// which the ends of its parts must follow.
+    pub fn chain_parts(&self, write: impl FnOnce(&mut Link)) -> Self {
+        let mut link = Link(Sha256::new());
+        link.add(&self.0);
+        write(&mut link);
+        Self(link.0.finalize().into())
+    }
+}
+
+/// A link of a hash chain, to which bytes are added.
+pub struct Link(Sha256);
+
+impl Link {
+    /// Adds the bytes of a value.
+    pub fn add<T: bytemuck::NoUninit>(&mut self, values: &[T]) {
+        self.0.update(bytemuck::cast_slice::<T, u8>(values));
     }
 }
 

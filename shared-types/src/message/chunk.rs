@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use crate::base::digest::Digest;
+use crate::base::digest::{Digest, Link};
 use crate::base::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
 use crate::base::spatial::Pose;
 use crate::message::crc::WithCrc;
@@ -83,6 +83,24 @@ impl Waypoint {
         let root = self.root_velocity.into_iter().chain(self.root_acceleration);
         let joints = self.joint_velocity.into_iter().chain(self.joint_acceleration);
         root.chain(joints).chain(self.torque)
+    }
+
+    /// Adds time and configuration to a digest, and velocity, acceleration and torque unless all
+    /// of them are 0.
+    fn add_to(&self, link: &mut Link, joints: usize) {
+        link.add(&[self.time]);
+        link.add(&self.root_position);
+        link.add(&self.root_rotation);
+        link.add(&self.q[..joints]);
+        let has_rates = self.rates().any(|rate| rate.to_bits() != 0);
+        link.add(&[u8::from(has_rates)]);
+        if has_rates {
+            link.add(&self.root_velocity);
+            link.add(&self.joint_velocity[..joints]);
+            link.add(&self.root_acceleration);
+            link.add(&self.joint_acceleration[..joints]);
+            link.add(&self.torque[..joints]);
+        }
     }
 }
 
@@ -286,16 +304,21 @@ impl PlanChunk {
         &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
     }
 
-    /// The digest of the stream after this chunk. The fields of sender and receiver (session,
-    /// target controller, CRC) do not count: a plan has the same digest in every session.
+    /// The digest of the stream after this chunk: of all entries that are used. The fields of
+    /// sender and receiver (session, target controller, CRC) do not count: a plan has the same
+    /// digest in every session.
     pub fn stream_after(&self) -> Digest {
         let bytes = bytemuck::bytes_of(self);
-        let (head, rest) = bytes.split_at(std::mem::offset_of!(Self, robot));
-        let mut anonymous = [0; std::mem::offset_of!(Self, robot)];
-        anonymous.copy_from_slice(head);
+        let mut head = [0; std::mem::offset_of!(Self, contacts)];
+        head.copy_from_slice(&bytes[..std::mem::offset_of!(Self, contacts)]);
         let sender_fields = [(Self::SESSION_AT, 8), (Self::TARGET_AT, 8), (Self::CRC_AT, 4)];
-        sender_fields.iter().for_each(|&(at, size)| anonymous[at..at + size].fill(0));
-        self.stream.chain_pieces(&[&anonymous, rest])
+        sender_fields.iter().for_each(|&(at, size)| head[at..at + size].fill(0));
+        let joints = (self.joints_len as usize).min(JOINTS_MAX);
+        self.stream.chain_parts(|link| {
+            link.add(&head);
+            link.add(self.contacts());
+            self.waypoints().iter().for_each(|waypoint| waypoint.add_to(link, joints));
+        })
     }
 }
 
@@ -364,12 +387,47 @@ mod tests {
         (other.session, other.target_controller) = (1, 2);
         other.write_crc();
         assert_eq!(other.stream_after(), chunk.stream_after());
-        let anonymous = PlanChunk { session: 0, target_controller: 0, crc: 0, ..*chunk };
-        assert_eq!(
-            chunk.stream_after(),
-            Digest::of(&[&chunk.stream.0, bytemuck::bytes_of(&anonymous)])
-        );
         other.waypoints[3].q[4] += 1e-9;
         assert_ne!(other.stream_after(), chunk.stream_after());
+    }
+
+    #[test]
+    fn the_stream_digest_depends_on_all_that_is_used_and_on_nothing_else() {
+        let mut chunk = Box::new(PlanChunk::zeroed());
+        (chunk.contacts_len, chunk.waypoints_len, chunk.joints_len) = (1, 2, 3);
+        let at_rest = chunk.stream_after();
+        chunk.waypoints[1].torque[2] = 1.0;
+        let moving = chunk.stream_after();
+        assert_ne!(at_rest, moving);
+        let differs = |change: &dyn Fn(&mut PlanChunk)| {
+            let mut other = chunk.clone();
+            change(&mut other);
+            other.stream_after() != moving
+        };
+        let used: [&dyn Fn(&mut PlanChunk); 12] = [
+            &|chunk| chunk.sequence = 1,
+            &|chunk| chunk.brake_at = 1.0,
+            &|chunk| chunk.contacts[0].polygon[5][1] = 1.0,
+            &|chunk| chunk.waypoints[0].time = 1.0,
+            &|chunk| chunk.waypoints[1].root_rotation[3] = 1.0,
+            &|chunk| chunk.waypoints[1].q[2] = 1.0,
+            &|chunk| chunk.waypoints[0].root_velocity[5] = 1.0,
+            &|chunk| chunk.waypoints[1].root_velocity[5] = 1.0,
+            &|chunk| chunk.waypoints[1].joint_velocity[2] = 1.0,
+            &|chunk| chunk.waypoints[1].root_acceleration[0] = 1.0,
+            &|chunk| chunk.waypoints[1].joint_acceleration[2] = 1.0,
+            &|chunk| chunk.waypoints[1].torque[0] = 1.0,
+        ];
+        for (index, change) in used.into_iter().enumerate() {
+            assert!(differs(change), "used {index}");
+        }
+        let unused: [&dyn Fn(&mut PlanChunk); 3] = [
+            &|chunk| chunk.contacts[1].limb = 1,
+            &|chunk| chunk.waypoints[2].time = 1.0,
+            &|chunk| chunk.waypoints[1].q[3] = 1.0,
+        ];
+        for (index, change) in unused.into_iter().enumerate() {
+            assert!(!differs(change), "unused {index}");
+        }
     }
 }

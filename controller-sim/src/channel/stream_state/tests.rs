@@ -16,6 +16,7 @@ fn stream(session: u64, plan_id: u64, len: u64, time: f64) -> Vec<PlanChunk> {
             sequence,
             stream,
             flags,
+            waypoints_len: 1,
             ..PlanChunk::zeroed()
         };
         chunk.waypoints[0].time = time;
