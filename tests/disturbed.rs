@@ -19,6 +19,7 @@ use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
 use surefoot_controller_sim::{Checker, ChunkExecutor, Disturbance, Identity};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::rotation_distance;
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState, Waypoint, WithCrc};
@@ -125,6 +126,7 @@ fn walk_plan(
 /// A disturbed walk of a scenario.
 fn walk(name: &str, seed: u64) -> WalkStats {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
+    let scenario = scenario.with_motion(MotionKind::QuasiStatic);
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let identity = Identity {

@@ -33,7 +33,7 @@ use crate::pipeline::planner::{Planner, Stages};
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::relaxation_stage::RelaxationStage;
-use crate::pipeline::retrace::{Retrace, lift_off_before};
+use crate::pipeline::retrace::{Retrace, executed_before, lift_off_before};
 use crate::pipeline::route_stage::RouteStage;
 use crate::pipeline::search::{Connections, FootholdSampling, Search, SearchStats};
 use crate::pipeline::segment_searches::SegmentSearches;
@@ -330,8 +330,13 @@ impl<'a> PlannerBuilder<'a> {
             None
         };
         let Some(lift_off) = lift_off else { return Ok(()) };
+        let rests = self.scenario.execution.motion == MotionKind::Smooth;
+        let mut stop = Some(&rest_state.waypoint);
         for chunk in lift_off.since.iter().rev() {
-            if let Err(full) = planner.stages.chunks.chunks.append_reversed(chunk) {
+            let Some(end) = stop.take().or(chunk.waypoints().last()) else { continue };
+            let before = executed_before(chunk, end.time);
+            let chunks = &mut planner.stages.chunks.chunks;
+            if let Err(full) = chunks.append_reversed(chunk, (end, before), rests) {
                 planner.end(Outcome::ArenaFull(full));
             }
         }

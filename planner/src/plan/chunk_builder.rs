@@ -88,6 +88,8 @@ struct FinalizedStream {
     count: usize,
     /// The time at which they end, s.
     time: f64,
+    /// Number of the first chunks that rest at every waypoint.
+    resting: usize,
     /// The time at which a timed path begins, once it has begun, s.
     path_begin: Option<f64>,
     /// Digest of the stream up to their end.
@@ -117,6 +119,7 @@ impl ChunkBuilder {
                 epoch: 0,
                 count: 0,
                 time: 0.0,
+                resting: 0,
                 path_begin: None,
                 stream: Digest::default(),
             },
@@ -144,22 +147,31 @@ impl ChunkBuilder {
         self.waypoints
     }
 
-    /// Appends a chunk of an earlier plan in reverse.
+    /// Appends the motion of an executed chunk in reverse: from `end` through `before`, the
+    /// waypoints before it, the last one first. With `rests` it rests at every waypoint, as a plan that
+    /// consists of polynomials states it.
     ///
     /// # Errors
     /// The arena is full.
-    pub fn append_reversed(&mut self, executed: &PlanChunk) -> Result<(), ArenaFull> {
+    pub fn append_reversed<'a>(
+        &mut self,
+        executed: &PlanChunk,
+        (end, before): (&'a Waypoint, impl Iterator<Item = &'a Waypoint> + Clone),
+        rests: bool,
+    ) -> Result<(), ArenaFull> {
         let at = self.written;
-        self.reserve(executed.waypoints().len() - 1, 1)?;
-        let waypoints = executed.waypoints().iter().rev().map(Waypoint::rested);
-        let contacts = executed.contacts();
-        write(
-            &mut self.chunks[at],
-            (&self.provenance, &self.timing),
-            executed.mode,
-            (contacts, &Ground::under(contacts)),
-            waypoints,
-        );
+        self.reserve(before.clone().count(), 1)?;
+        let (chunk, contacts) = (&mut self.chunks[at], executed.contacts());
+        let waypoints = std::iter::once(end).chain(before).map(Waypoint::rested);
+        let ground = Ground::under(contacts);
+        let inputs = (&self.provenance, &self.timing);
+        write(chunk, inputs, executed.mode, (contacts, &ground), waypoints);
+        if rests {
+            let used = chunk.waypoints_len as usize;
+            self.timing.set_intervals_between_rests(&mut chunk.waypoints[..used], &ground);
+            chunk.interpolation = Interpolation::Quintic as u64;
+            self.finalized.resting = self.written;
+        }
         Ok(())
     }
 
@@ -262,7 +274,8 @@ impl FinalizedStream {
     /// Completes a chunk and its digest. A chunk without a timed path ends at rest.
     fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
-        if chunk.interpolation == Interpolation::Quintic as u64 {
+        let is_timed = chunk.interpolation == Interpolation::Quintic as u64;
+        if is_timed && self.count >= self.resting {
             let begin = *self.path_begin.get_or_insert(self.time);
             chunk.waypoints[..used].iter_mut().for_each(|waypoint| waypoint.time += begin);
             chunk.brake_at += begin;

@@ -27,7 +27,7 @@ use crate::kinematics::forward::Kinematics;
 use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
     ACCELERATION_SHARE, BALANCE_RESERVE_MIN, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX,
-    LIMIT_SHARE, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    LIMIT_SHARE, POLYNOMIAL_STRETCH, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
 };
 use crate::robot::mechanism::LINKS_MAX;
 use crate::timing::ground::Ground;
@@ -111,6 +111,16 @@ impl TimeParameterization {
         }
     }
 
+    /// Does the same for a motion along polynomials of degree 5 that rests at every waypoint.
+    pub fn set_intervals_between_rests(&self, waypoints: &mut [Waypoint], ground: &Ground) {
+        let (displacements, shortest) = self.displacements_between(waypoints, ground);
+        let times = displacements.iter().map(rest_to_rest).zip(shortest);
+        let times = times.map(|(time, shortest)| POLYNOMIAL_STRETCH * time.max(shortest));
+        for (waypoint, interval) in waypoints.iter_mut().skip(1).zip(times) {
+            waypoint.time = interval;
+        }
+    }
+
     /// The factor of all times with which the joints keep their limits, at least 1.
     fn time_scale(&self, waypoints: &[Waypoint], intervals: &[f64; INTERVALS_MAX]) -> f64 {
         let needed = needed_accelerations(waypoints, intervals);
@@ -121,10 +131,15 @@ impl TimeParameterization {
         shares.fold(1.0, f64::max).sqrt()
     }
 
-    /// The time from each waypoint to the next, s.
-    fn intervals(&self, waypoints: &[Waypoint], ground: &Ground) -> [f64; INTERVALS_MAX] {
+    /// The displacements from each waypoint to the next, and the shortest times (s) within the
+    /// limits of speed.
+    fn displacements_between(
+        &self,
+        waypoints: &[Waypoint],
+        ground: &Ground,
+    ) -> ([Displacements; INTERVALS_MAX], [f64; INTERVALS_MAX]) {
         let mut displacements = [Displacements::NONE; INTERVALS_MAX];
-        let (mut shortest, mut times) = ([0.0; INTERVALS_MAX], [0.0; INTERVALS_MAX]);
+        let mut shortest = [0.0; INTERVALS_MAX];
         let centres = self.centres_of_mass(waypoints);
         let margins = centres.iter().map(|centre| ground.region.margin(centre.truncate()));
         let shift_max = CENTRE_SHIFT_SHARE * self.balance.of(margins.fold(f64::INFINITY, f64::min));
@@ -137,8 +152,15 @@ impl TimeParameterization {
                 centre: (centres[1] - centres[0]).truncate() / acceleration,
             };
             shortest[index] = self.shortest(pair);
-            times[index] = shortest[index].max(rest_to_rest(&displacements[index]));
         }
+        (displacements, shortest)
+    }
+
+    /// The time from each waypoint to the next, s.
+    fn intervals(&self, waypoints: &[Waypoint], ground: &Ground) -> [f64; INTERVALS_MAX] {
+        let (displacements, shortest) = self.displacements_between(waypoints, ground);
+        let mut times =
+            std::array::from_fn(|index| shortest[index].max(rest_to_rest(&displacements[index])));
         let count = waypoints.len().saturating_sub(1);
         for sweep in 0..SWEEPS {
             for step in 0..count {

@@ -249,11 +249,11 @@ impl PathTiming {
         let first = self.profile.fixed.saturating_sub(1);
         let open = if first > 0 { timed.law.time_of_node(first) } else { 0.0 };
         let from = open - if first > 0 { ROUNDING_TIME } else { 0.0 };
-        let motion = Motion { robot, path, timed };
+        let motion = Motion::new(robot, path, timed);
         let mut check = ProfileCheck { robot, contact_rates, path, timed, slow_downs };
         check.rates_are_within(open)
-            && self.stops.find(&motion, check.slow_downs)
             && check.motion_is_within(from)
+            && self.stops.find(&motion, check.slow_downs)
     }
 
     /// Number of spans known so far.
@@ -282,7 +282,7 @@ impl PathTiming {
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where
     /// that has none.
     pub fn stop(&self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
-        let motion = Motion { robot: &self.robot, path, timed: &self.timed };
+        let motion = Motion::new(&self.robot, path, &self.timed);
         self.stops.stop(&motion, span, chunk)
     }
 

@@ -1,5 +1,6 @@
 //! Whether the rounded motion of a profile is within the limits, and where it has to be slower.
 
+use glam::DVec3;
 use surefoot_shared_types::message::{Interpolation, Waypoint};
 
 use crate::timing::contact_rates::ContactRates;
@@ -11,6 +12,11 @@ use crate::timing::tuning::{INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER
 
 /// Rounding of shares of limits.
 const SHARE_TOLERANCE: f64 = 1e-9;
+/// Change of the root's acceleration between two waypoints up to which the middle between them is
+/// checked alone, m/s2.
+const STEADY_MAX: f64 = 0.5;
+/// The parts into which the curve between other waypoints is divided.
+const PARTS_WHERE_UNSTEADY: usize = 8;
 
 /// Compares a motion with the limits.
 #[derive(Debug)]
@@ -69,7 +75,7 @@ impl ProfileCheck<'_> {
         is_within
     }
 
-    /// Checks every waypoint and the middle between two.
+    /// Checks every waypoint and the curves between them.
     fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
         let mut is_within = true;
         for index in 0..=times.intervals {
@@ -79,10 +85,23 @@ impl ProfileCheck<'_> {
             }
             if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
                 let next = self.timed.state(self.path, span, times, index + 1);
-                let middle = 0.5 * (here.time + next.time);
-                let sample = Interpolation::Quintic.between(&here, &next, middle);
-                is_within &= self.sample_is_within(span, &sample);
+                is_within &= self.curve_is_within(span, [&here, &next]);
             }
+        }
+        is_within
+    }
+
+    /// Checks instants between two waypoints: the middle, and more where the acceleration changes
+    /// much.
+    fn curve_is_within(&mut self, span: usize, [here, next]: [&Waypoint; 2]) -> bool {
+        let [from, to] =
+            [here, next].map(|waypoint| DVec3::from_slice(&waypoint.root_acceleration));
+        let parts = if from.distance(to) > STEADY_MAX { PARTS_WHERE_UNSTEADY } else { 2 };
+        let mut is_within = true;
+        for part in 1..parts {
+            let time = here.time + (next.time - here.time) * part as f64 / parts as f64;
+            let sample = Interpolation::Quintic.between(here, next, time);
+            is_within &= self.sample_is_within(span, &sample);
         }
         is_within
     }

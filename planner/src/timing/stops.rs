@@ -5,17 +5,20 @@
 //! may begin before a short chunk does, but not before the one of the chunk before it: until then
 //! the robot does not brake. So stops are found from the last chunk known to the first.
 
-use surefoot_shared_types::message::Ramp;
+use std::cell::RefCell;
+
+use surefoot_shared_types::message::{PlanTime, Ramp};
 
 use crate::base::arena::reserve;
 use crate::timing::path_point::Path;
 use crate::timing::slow_downs::SlowDowns;
-use crate::timing::timed_path::TimedPath;
+use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
 use crate::timing::tuning::{
     RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX, REST_PLACES,
     SLOWER_BEFORE_STOP,
 };
+use crate::timing::zero_moment::ZeroMomentRegion;
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -170,30 +173,53 @@ fn ramp_holds(motion: &Motion<'_>, begin: f64, ramp: Ramp) -> bool {
     let samples = || {
         (0..=RAMP_SAMPLES).map(|sample| {
             let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
-            ((begin + at.elapsed).min(timed.law.end()), at.rate, at.rate_change)
+            ((begin + at.elapsed).min(timed.law.end()), at)
         })
     };
-    let has_rates = samples().all(|(time, rate, change)| {
-        let share = timed.share_at(time, rate, change);
+    let has_rates = samples().all(|(time, at)| {
+        let share = timed.share_at(time, at.rate, at.rate_change);
         share <= 1.0 || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
     });
-    has_rates && samples().all(|(time, rate, change)| motion.is_upright(time, [rate, change]))
+    has_rates && samples().all(|(time, at)| motion.is_upright(time, &at))
 }
 
 /// The motion of a path within the robot's limits.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub(super) struct Motion<'a> {
     pub robot: &'a TimedRobot,
     pub path: Path<'a>,
     pub timed: &'a TimedPath,
+    /// The span in which the last sample was.
+    last: RefCell<Option<SampledSpan>>,
 }
 
-impl Motion<'_> {
-    /// Whether the zero-moment point keeps the controller's margin at a time, at a rate of plan
-    /// time and while that changes (1/s).
-    fn is_upright(&self, time: f64, rates: [f64; 2]) -> bool {
-        let (span, waypoint) = self.timed.slowed_state(self.path, time, rates);
-        self.robot.keeps_zero_moment(&self.path.spans[span], &waypoint)
+/// What all samples in a span have in common.
+#[derive(Debug)]
+struct SampledSpan {
+    span: usize,
+    times: SpanTimes,
+    region: ZeroMomentRegion,
+}
+
+impl<'a> Motion<'a> {
+    /// A robot's motion along a timed path.
+    pub fn new(robot: &'a TimedRobot, path: Path<'a>, timed: &'a TimedPath) -> Self {
+        Self { robot, path, timed, last: RefCell::new(None) }
+    }
+
+    /// Whether the zero-moment point keeps the controller's margin at a time while plan time passes
+    /// like this.
+    fn is_upright(&self, time: f64, at: &PlanTime) -> bool {
+        let mut last = self.last.borrow_mut();
+        let known = last.take().filter(|last| last.times.begin <= time && time < last.times.end);
+        let sampled = last.insert(known.unwrap_or_else(|| {
+            let span = self.timed.span_at(time);
+            let region = self.robot.checked_region(&self.path.spans[span]);
+            SampledSpan { span, times: self.timed.span_times(span), region }
+        }));
+        let SampledSpan { span, times, region } = sampled;
+        let waypoint = self.timed.emitted_at(self.path, *span, times, time);
+        self.robot.keeps_zero_moment(region, &at.apply(&waypoint))
     }
 }
 

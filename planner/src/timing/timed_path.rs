@@ -92,19 +92,25 @@ impl TimedPath {
         self.share_of(span, &slowed)
     }
 
-    /// The motion at a time, at `rate` times the law's speed while that rate changes by `change`
-    /// (1/s), and the span that it is in.
-    pub fn slowed_state(
+    /// The span in which a time is, as the emitted motion has it.
+    pub fn span_at(&self, time: f64) -> usize {
+        let (span, _) = self.slowed(time, 1.0, 0.0);
+        let is_over = span + 1 < self.spans() && self.span_times(span).end <= time;
+        span + usize::from(is_over)
+    }
+
+    /// The emitted motion at a time within a span.
+    pub fn emitted_at(
         &self,
         path: Path<'_>,
+        span: usize,
+        times: &SpanTimes,
         time: f64,
-        [rate, change]: [f64; 2],
-    ) -> (usize, Waypoint) {
-        let (span, rates) = self.slowed(time, rate, change);
-        let known = &path.spans[span];
-        let points = &path.points[known.first..=known.last];
-        let state = state_at(points, rates.position - self.starts[span].1);
-        (span, timed(&state, &rates, time))
+    ) -> Waypoint {
+        let part = (time - times.begin) / (times.end - times.begin);
+        let index = ((part * times.intervals as f64) as usize).min(times.intervals - 1);
+        let [here, next] = [index, index + 1].map(|index| self.state(path, span, times, index));
+        Interpolation::Quintic.between(&here, &next, time)
     }
 
     /// The span at a time, and the rates along the path there at another speed.

@@ -186,9 +186,13 @@ impl TimedRobot {
         if is_carried { load } else { load.max(NO_CONTACT_FORCES) }
     }
 
-    /// Whether the zero-moment point of a motion keeps the controller's margin.
-    pub(super) fn keeps_zero_moment(&self, span: &PathSpan, waypoint: &Waypoint) -> bool {
-        let region = self.zero_moment_region(span, Level::Bare, 0.0);
+    /// The part of the ground on which the controller wants the zero-moment point.
+    pub(super) fn checked_region(&self, span: &PathSpan) -> ZeroMomentRegion {
+        self.zero_moment_region(span, Level::Bare, 0.0)
+    }
+
+    /// Whether the zero-moment point of a motion is in a region.
+    pub(super) fn keeps_zero_moment(&self, region: &ZeroMomentRegion, waypoint: &Waypoint) -> bool {
         region.holds(&self.at_instant(waypoint), || self.at_standstill(waypoint))
     }
 

@@ -11,11 +11,11 @@ pub(crate) const RELAXED_COP_MARGIN: f64 = 0.004;
 /// controller's support may be smaller than the planner's.
 pub(crate) const ZERO_MOMENT_RESERVE: f64 = 4e-3;
 /// The same where a sole is supported in part, m.
-pub(crate) const ZERO_MOMENT_RESERVE_PARTIAL: f64 = 8e-3;
+pub(crate) const ZERO_MOMENT_RESERVE_PARTIAL: f64 = 12e-3;
 /// The part of the area of a sole below which it is supported in part.
 pub(crate) const WHOLE_SUPPORT: f64 = 0.97;
 /// The share of that distance that is kept where a configuration cannot stand otherwise.
-pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.5;
+pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.75;
 /// Distance (m) by which a motion may move the zero-moment point of any configuration: it is so
 /// slow that the controller decides by the configuration alone.
 pub(crate) const ZERO_MOMENT_SHIFT_MIN: f64 = 1e-4;
