@@ -16,7 +16,7 @@ use command::{assert_nothing_left, run, scenario};
 use preparation::preparation_for;
 use serde_json::Value;
 use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
-use surefoot_controller_sim::{Checker, ChunkExecutor, Disturbance, Identity};
+use surefoot_controller_sim::{Checker, ChunkExecutor, Disturbance, Identity, Stop};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::config::MotionKind;
@@ -46,6 +46,10 @@ struct WalkStats {
 /// much.
 const LANDING_LEAP: f64 = 0.23;
 
+/// How much a joint's speed may leap between two chunks, rad/s: a planned stance sole may move by
+/// up to 0.02 m/s, an actual one stands.
+const SPEED_LEAP: f64 = 0.02;
+
 /// The joints between the root and a foot.
 fn leg_joints(model: &RobotModel, limb: usize) -> Vec<usize> {
     let attachment = |link: usize| model.links[link].parent.as_ref();
@@ -71,9 +75,17 @@ fn difference(a: &Waypoint, b: &Waypoint, of_a_leg: &[usize]) -> [f64; 3] {
     [moved, most(&|joint| !of_a_leg.contains(&joint)), most(&|joint| of_a_leg.contains(&joint))]
 }
 
+/// The largest difference of the speeds of the root and of all joints but these, m/s or rad/s.
+fn speed_difference(a: &Waypoint, b: &Waypoint, of_a_leg: &[usize]) -> f64 {
+    let joints = (0..a.q.len()).filter(|joint| !of_a_leg.contains(joint));
+    let joints = joints.map(|joint| a.joint_velocity[joint] - b.joint_velocity[joint]);
+    let root = a.root_velocity.iter().zip(&b.root_velocity).map(|(x, y)| x - y);
+    joints.chain(root).map(f64::abs).fold(0.0, f64::max)
+}
+
 /// Walks one plan until its end or until it does not fit; where the robot stands then. Every
-/// executed chunk begins where the one before ended, except that the leg of a landing foot follows
-/// its slide.
+/// executed chunk begins where the one before ended, and as fast, except that the leg of a landing
+/// foot follows its slide.
 fn walk_plan(
     model: &RobotModel,
     executor: &mut ChunkExecutor,
@@ -82,6 +94,7 @@ fn walk_plan(
     rest_state: &mut RestState,
     stats: &mut WalkStats,
 ) {
+    let mut end = rest_state.waypoint;
     for chunk in chunks {
         let mut chunk = PlanChunk { target_controller: CONTROLLER_ID, session: 1, ..*chunk };
         chunk.write_crc();
@@ -99,11 +112,8 @@ fn walk_plan(
         };
         stats.landings += u64::from(landing.is_some());
         if rest_state.is_known() {
-            let [root, joint, of_leg] = difference(
-                &rest_state.waypoint,
-                &actual.waypoints()[0],
-                &landing.unwrap_or_default(),
-            );
+            let (begin, leg) = (&actual.waypoints()[0], landing.unwrap_or_default());
+            let [root, joint, of_leg] = difference(&end, begin, &leg);
             let differs =
                 format!("root {root:.1e}, joint {joint:.1e}, of the leg that lands {of_leg:.1e}");
             assert!(
@@ -111,6 +121,8 @@ fn walk_plan(
                 "chunk {}: {differs}",
                 chunk.sequence
             );
+            let faster = speed_difference(&end, begin, &leg);
+            assert!(faster < SPEED_LEAP, "chunk {}: {faster:.1e}", chunk.sequence);
         }
         for (planned, stands) in chunk.contacts().iter().zip(actual.contacts()) {
             let (a, b) = (planned.world_from_sole(), stands.world_from_sole());
@@ -118,15 +130,16 @@ fn walk_plan(
                 [a.translation.distance(b.translation), rotation_distance(a.rotation, b.rotation)];
             stats.off = [stats.off[0].max(off[0]), stats.off[1].max(off[1])];
         }
-        *rest_state =
-            rest_state.after(actual.mode, actual.contacts(), actual.waypoints().last().unwrap());
+        end = *actual.waypoints().last().unwrap();
+        let rest = Stop::rest(&actual);
+        *rest_state = rest_state.after(actual.mode, actual.contacts(), &rest);
     }
 }
 
 /// A disturbed walk of a scenario.
-fn walk(name: &str, seed: u64) -> WalkStats {
+fn walk(name: &str, motion: MotionKind, seed: u64) -> WalkStats {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
-    let scenario = scenario.with_motion(MotionKind::QuasiStatic);
+    let scenario = scenario.with_motion(motion);
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let identity = Identity {
@@ -174,7 +187,7 @@ fn the_robot_arrives_with_misplaced_feet() {
     let mut arrived = 0;
     for name in ["flat_walk", "stepping_stones", "ibeam_gap"] {
         for seed in 1..=3 {
-            let stats = walk(name, seed);
+            let stats = walk(name, MotionKind::QuasiStatic, seed);
             println!("{name} {seed}: {stats:?}");
             let [off, turn] = stats.off;
             assert!(stats.landings > 3 && off > 0.002 && off < 0.00501, "{stats:?}");
@@ -187,21 +200,40 @@ fn the_robot_arrives_with_misplaced_feet() {
 }
 
 #[test]
+fn the_robot_goes_on_in_smooth_motion_with_misplaced_feet() {
+    let mut replans = 0;
+    for (name, seed) in [("stepping_stones", 1), ("stepping_stones", 2), ("beam", 1)] {
+        let stats = walk(name, MotionKind::Smooth, seed);
+        println!("{name} {seed}: {stats:?}");
+        let [off, turn] = stats.off;
+        assert!(stats.arrived && stats.landings > 3 && off > 0.002 && off < 0.00501, "{stats:?}");
+        assert!(turn > 0.2_f64.to_radians() && turn < 1.001_f64.to_radians(), "{stats:?}");
+        replans += stats.replans;
+    }
+    // The legs compensate: a rest and a new plan after each landing would be one for each.
+    assert!(replans <= 3, "{replans}");
+}
+
+#[test]
 fn disturbances_are_reproducible_by_their_seed() {
-    let [first, again, other] = [4, 4, 5].map(|seed| walk("flat_walk", seed));
-    assert_eq!(first, again);
-    assert_ne!(first.off, other.off);
+    for (name, motion) in [("flat_walk", MotionKind::QuasiStatic), ("beam", MotionKind::Smooth)] {
+        let [first, again, other] = [4, 4, 5].map(|seed| walk(name, motion, seed));
+        assert_eq!(first, again);
+        assert_ne!(first.off, other.off);
+    }
 }
 
 #[test]
 fn a_disturbed_walk_of_two_processes_loses_nothing() {
-    let walked = |seed: &str| {
+    let walked = |motion: &str, seed: &str| {
         let folder = tempfile::tempdir().unwrap();
         let json = folder.path().join("report.json");
         let output = run(&[
             "walk",
             &scenario("stepping_stones"),
             "--quiet",
+            "--motion",
+            motion,
             "--disturb",
             seed,
             "--json",
@@ -218,7 +250,9 @@ fn a_disturbed_walk_of_two_processes_loses_nothing() {
         );
         (report["digest"].clone(), report["replans"].clone(), report["margins"].clone())
     };
-    let [first, again, other] = ["1", "1", "2"].map(walked);
-    assert_eq!(first, again);
-    assert_ne!(first.2, other.2);
+    for motion in ["quasi_static", "smooth"] {
+        let [first, again, other] = ["1", "1", "2"].map(|seed| walked(motion, seed));
+        assert_eq!(first, again);
+        assert_ne!(first.2, other.2);
+    }
 }

@@ -30,7 +30,7 @@ use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::requests::{RequestClient, RequestServer};
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
-use surefoot_shared_types::message::{Check, Feedback, Layout, PlanChunk, PlanRequest, WithCrc};
+use surefoot_shared_types::message::{Check, Feedback, PlanChunk, PlanRequest, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
 
 /// Default number of messages of each kind.
@@ -226,19 +226,20 @@ fn damaged_requests_are_never_served() {
     assert!(server.take().unwrap().is_some(), "the server serves a valid request");
 }
 
+/// Random bytes of a journal: its records and the first chunk.
+const RANDOM_BYTES: usize = 40_000;
+
 #[test]
 fn a_damaged_journal_is_never_taken_over() {
     let (_base, instance) = test_instance();
     let path = instance.root().join("robot");
+    drop(PlanSubscriber::open(&instance, random_id()).unwrap());
+    let length = fs::metadata(&path).unwrap().len() as usize;
     let mut random = Random(4);
     let count = messages() / 500;
     for _ in 0..count {
-        let bytes: Vec<u8> = (0..2 * surefoot_shared_types::message::JournalRecord::FIELDS
-            .iter()
-            .map(|field| field.size)
-            .sum::<usize>())
-            .map(|_| random.next() as u8)
-            .collect();
+        let mut bytes: Vec<u8> = (0..RANDOM_BYTES).map(|_| random.next() as u8).collect();
+        bytes.resize(length, 0);
         fs::write(&path, bytes).unwrap();
         let subscriber = PlanSubscriber::open(&instance, random_id()).unwrap();
         assert!(subscriber.taken_over().is_none());

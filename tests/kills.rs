@@ -14,6 +14,7 @@ mod command;
 mod random;
 
 use std::fs;
+use std::path::Path;
 use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -33,6 +34,11 @@ const PER_WALK_MAX: u64 = 12;
 const GAP_MILLIS_MAX: u64 = 220;
 /// Longest stop, ms.
 const STOP_MILLIS_MAX: u64 = 120;
+
+/// Straight lines as fast as possible, and smooth motion in real time, twenty times as fast: there
+/// the robot moves when its controller is killed.
+const MOTIONS: [&[&str]; 2] =
+    [&["--motion", "quasi_static"], &["--motion", "smooth", "--rate", "20"]];
 
 #[derive(Clone, Copy, PartialEq)]
 enum Fault {
@@ -138,40 +144,33 @@ fn observe(name: &str, over: &AtomicBool) -> Option<Feedback> {
     last
 }
 
+/// The arguments of a walk with a report.
+fn arguments<'a>(scenario: &'a str, json: &'a Path, motion: &[&'a str]) -> Vec<&'a str> {
+    let path = json.to_str().unwrap();
+    let walk = ["walk", scenario, "--quiet", "--threads", "1", "--restarts-max", "1000"];
+    [&walk, &["--json", path][..], motion].concat()
+}
+
 /// The digest and the number of chunks of the undisturbed plan.
-fn undisturbed() -> (Value, u64) {
+fn undisturbed(motion: &[&str]) -> (Value, u64) {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
-    let output = run(&[
-        "walk",
-        &scenario(SCENARIO),
-        "--quiet",
-        "--threads",
-        "1",
-        "--json",
-        json.to_str().unwrap(),
-    ]);
+    let output = run(&arguments(&scenario(SCENARIO), &json, motion));
     assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     let report: Value = serde_json::from_slice(&fs::read(json).unwrap()).unwrap();
     (report["digest"].clone(), report["chunks"]["accepted"].as_u64().unwrap())
 }
 
 /// One walk with faults; returns how many were injected.
-fn walk_with_faults(faults: &[Fault], random: &mut Random, expected: &(Value, u64)) -> usize {
+fn walk_with_faults(
+    motion: &[&str],
+    faults: &[Fault],
+    random: &mut Random,
+    expected: &(Value, u64),
+) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
-    let arguments = [
-        "walk",
-        &scenario(SCENARIO),
-        "--quiet",
-        "--threads",
-        "1",
-        "--restarts-max",
-        "1000",
-        "--json",
-        json.to_str().unwrap(),
-    ];
-    let mut walk = surefoot(&arguments).spawn().unwrap();
+    let mut walk = surefoot(&arguments(&scenario(SCENARIO), &json, motion)).spawn().unwrap();
     let name = format!("walk-{}", walk.id());
     let over = AtomicBool::new(false);
     let (done, output, feedback) = std::thread::scope(|scope| {
@@ -206,15 +205,15 @@ fn walk_with_faults(faults: &[Fault], random: &mut Random, expected: &(Value, u6
     done
 }
 
-fn survive(kills: u64, stops: u64) {
+fn survive(motion: &[&str], kills: u64, stops: u64) {
     let seed =
         std::env::var("SUREFOOT_KILLS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
     let mut random = Random(seed);
     let faults = faults(kills, stops, &mut random);
-    let expected = undisturbed();
+    let expected = undisturbed(motion);
     let (mut done, mut walks) = (0, 0);
     while done < faults.len() {
-        done += walk_with_faults(&faults[done..], &mut random, &expected);
+        done += walk_with_faults(motion, &faults[done..], &mut random, &expected);
         walks += 1;
         if walks % 10 == 0 {
             println!("{walks} walks, {done} of {} faults", faults.len());
@@ -228,11 +227,11 @@ fn survive(kills: u64, stops: u64) {
 
 #[test]
 fn walks_survive_a_few_kills_and_stops() {
-    survive(16, 6);
+    MOTIONS.into_iter().for_each(|motion| survive(motion, 12, 4));
 }
 
 #[test]
 #[ignore = "takes 15 minutes"]
 fn walks_survive_a_thousand_kills_and_two_hundred_stops() {
-    survive(1000, 200);
+    MOTIONS.into_iter().for_each(|motion| survive(motion, 500, 100));
 }

@@ -4,17 +4,19 @@
 
 mod check_robot;
 
+use bytemuck::Zeroable;
 use check_robot::*;
 use surefoot_controller_sim::{
-    Checker, ChunkExecutor, Course, Identity, LateChunks, LateWalk, MotionSegment, Pace, PlanClock,
-    Stop, Violation, walk_late,
+    Checker, ChunkExecutor, ChunkWalk, Course, Identity, LateChunks, LateWalk, MotionSegment, Pace,
+    PlanClock, Stop, Violation, walk_late,
 };
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{
-    Check, Interpolation, Margins, PlanChunk, SupportMode, Waypoint, WithCrc,
+    Check, Feedback, Interpolation, Margins, PlanChunk, RestState, SupportMode, WalkRecord,
+    Waypoint, WithCrc,
 };
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{GRAVITY, World};
@@ -191,7 +193,7 @@ fn executor() -> ChunkExecutor {
 }
 
 fn chunk(before: Option<&PlanChunk>, waypoints: &[Waypoint], stop: Stop) -> Box<PlanChunk> {
-    let mut chunk: Box<PlanChunk> = Box::new(bytemuck::Zeroable::zeroed());
+    let mut chunk: Box<PlanChunk> = Box::new(Zeroable::zeroed());
     (chunk.schema, chunk.target_controller, chunk.mode) =
         (CHUNK_SCHEMA, 7, SupportMode::Double as u32);
     chunk.sequence = before.map_or(0, |before| before.sequence + 1);
@@ -316,6 +318,97 @@ fn a_robot_whose_next_chunk_is_late_brakes_stands_and_goes_on() {
     clock.advance(0.3);
     assert!(clock.is_finished());
     assert_eq!((clock.now().time, clock.now().rate), (1.0, 0.0));
+}
+
+#[test]
+fn a_controller_continues_the_walk_of_the_one_before_at_any_instant() {
+    const TICK: f64 = 0.01;
+    let [first, second] = halves();
+    // The second half comes after the robot has stopped in the first one.
+    let until = |ticks: usize, walk: &mut ChunkWalk, from: usize| {
+        for tick in from..ticks {
+            match tick {
+                5 => walk.accept(&first),
+                150 => walk.accept(&second),
+                _ => {}
+            }
+            walk.advance(TICK);
+        }
+    };
+    let mut whole = ChunkWalk::default();
+    until(300, &mut whole, 0);
+    assert!(whole.is_finished() && whole.counts().brakes == 1);
+    for killed_at in 6..300 {
+        let mut before = ChunkWalk::default();
+        until(killed_at, &mut before, 0);
+        let chunks = [*first, *second];
+        let accepted = &chunks[..if killed_at > 150 { 2 } else { 1 }];
+        let mut after = ChunkWalk::default();
+        assert!(after.take_over(accepted, before.record().as_ref()), "{killed_at}");
+        assert_eq!(after.now().map(|(_, now)| now), before.now().map(|(_, now)| now));
+        until(300, &mut after, killed_at);
+        assert!(after.is_finished() && after.now() == whole.now(), "{killed_at}");
+        let stops = [before.counts(), after.counts()];
+        assert_eq!(stops[0].brakes + stops[1].brakes, 1, "{killed_at}");
+        assert!((stops[0].stood + stops[1].stood - whole.counts().stood).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn without_a_record_the_robot_stands_where_its_chunks_say() {
+    let [first, second] = halves();
+    let stands_at = |chunks: &[PlanChunk], record: Option<&WalkRecord>| {
+        let mut walk = ChunkWalk::default();
+        assert!(!walk.take_over(chunks, record));
+        let standing = walk.now().map(|(_, now)| now.time);
+        walk.advance(10.0);
+        (standing, walk.now().map(|(_, now)| now.time))
+    };
+    // Killed before it moved; killed, and the chunks are not those from the record's instant on.
+    assert_eq!(stands_at(&[*first], None), (Some(0.0), Some(0.5)));
+    assert_eq!(stands_at(&[*second], None), (Some(1.0), Some(1.0)));
+    let mut walk = ChunkWalk::default();
+    walk.accept(&first);
+    walk.advance(0.1);
+    let record = walk.record().unwrap();
+    assert_eq!(stands_at(&[*second], Some(&record)), (Some(1.0), Some(1.0)));
+    let other_plan = WalkRecord { epoch: 9, ..record };
+    assert_eq!(stands_at(&[*first], Some(&other_plan)), (Some(0.0), Some(0.5)));
+    for stop in [1, 2, u64::MAX] {
+        let damaged = WalkRecord { pace: 2, stop, time: 1e9, ..record };
+        assert_eq!(stands_at(&[*first], Some(&damaged)).1, Some(0.5));
+    }
+    assert_eq!(stands_at(&[], Some(&record)), (None, None));
+}
+
+#[test]
+fn a_controller_that_takes_over_within_a_smooth_chunk_accepts_the_next_one() {
+    let [first, second] = halves();
+    let mut before = executor();
+    before.check_and_execute(&first).unwrap();
+    let rest = before.rest_state().unwrap();
+    let feedback = Feedback {
+        session: 1,
+        plan_id: first.plan_id,
+        next_sequence: 1,
+        stream: before.stream(),
+        rest_state: RestState::zeroed().after(first.mode, first.contacts(), &rest.waypoint),
+        ..Feedback::zeroed()
+    };
+    let taken_over = || {
+        let checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
+        ChunkExecutor::take_over(checker, IDENTITY, &feedback)
+    };
+    let mut without_chunks = taken_over();
+    refused(
+        without_chunks.check_and_execute(&second),
+        Check::Continuity,
+        "from where the robot stands",
+    );
+    let mut with_chunks = taken_over().going_on_after(&[*first]);
+    let margins = with_chunks.check_and_execute(&second).unwrap();
+    assert_eq!(margins, before.check_and_execute(&second).unwrap());
+    assert!(with_chunks.finished());
 }
 
 #[test]

@@ -25,12 +25,12 @@ use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
+use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Interpolation, Ramp, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 
 const FRICTION: f64 = 0.6;
 const SHARE: f64 = 0.8;
-const COM_MARGIN: f64 = 5e-3;
 
 #[test]
 fn torques_of_gravity_agree_with_pinocchio() {
@@ -126,7 +126,7 @@ fn the_power_of_a_motion_is_the_change_of_its_energy() {
 }
 
 fn timing_of(model: &RobotModel, walk: &SmoothWalk) -> PathTiming {
-    let limits = TimingLimits::new(model, SHARE, FRICTION, COM_MARGIN);
+    let limits = TimingLimits::new(model, SHARE, FRICTION, &CheckerConfig::default());
     PathTiming::new(TimedRobot::new(model, limits), walk.points.len() + walk.spans.len())
 }
 

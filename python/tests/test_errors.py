@@ -65,8 +65,9 @@ def test_no_plan_says_which_end(robot: surefoot.Robot) -> None:
         ({"threads": 0}, "threads is 0"),
         ({"work_max": 0}, "work_max"),
         ({"parameters": {"planner": {"com_margin": -1.0}}}, "planner.com_margin"),
-        ({"parameters": {"planner": {"work_maxx": 1}}}, "work_maxx"),
-        ({"parameters": {"plan": {}}}, "tables are planner, checker and execution"),
+        ({"parameters": {"planner": {"work_maxx": 1}}}, "no parameter 'work_maxx'; did you mean"),
+        ({"parameters": {"planer": {}}}, r"no table \[planer\]; did you mean 'planner'"),
+        ({"parameters": {"checker": {"zzz": 1}}}, "no parameter 'zzz'; there are "),
         ({"parameters": {"planner": {"work_max": object()}}}, "numbers and names"),
     ],
 )

@@ -11,7 +11,7 @@ use surefoot_shared_types::config::MotionKind;
 use crate::cli::bench_arguments::BenchArguments;
 use crate::cli::method_arguments::{MethodArguments, method};
 use crate::cli::robot_arguments::RobotCommand;
-use crate::cli::simulation_arguments::SimulationArguments;
+use crate::cli::simulation_arguments::{SimulationArguments, motion};
 use crate::export::format::ExportFormat;
 use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
@@ -344,11 +344,6 @@ fn quaternion_order(name: &str) -> Result<QuaternionOrder, String> {
 
 fn whole_number(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "a whole number is needed, 0 or more".to_owned())
-}
-
-fn motion(name: &str) -> Result<MotionKind, String> {
-    MotionKind::from_name(name)
-        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
 }
 
 /// `surefoot monitor`.

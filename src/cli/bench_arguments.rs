@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use surefoot_controller_sim::LATE_SHARE;
 use surefoot_planner::methods::method::Method;
+use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::method_arguments::{MethodArguments, method};
-use crate::cli::simulation_arguments::late_share;
+use crate::cli::simulation_arguments::{late_share, motion, rate};
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// `surefoot bench`.
@@ -483,6 +484,13 @@ pub struct SoakArguments {
     /// The scenario of the walks
     #[arg(long, value_name = "SCENARIO", default_value = "stepping_stones")]
     pub scenario: PathBuf,
+    /// The motion of the walks, if it is not the scenario's
+    #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
+    pub motion: Option<MotionKind>,
+    /// The rate of the walks' simulated time, in multiples of real time: the robot moves when a
+    /// process is killed
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    pub rate: Option<f64>,
     /// The scenario of the pair that serves requests
     #[arg(long, value_name = "SCENARIO", default_value = "flat_walk")]
     pub request_scenario: PathBuf,

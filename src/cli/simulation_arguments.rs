@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use surefoot_controller_sim::{LATE_SHARE, LateChunks};
+use surefoot_shared_types::config::MotionKind;
 
 /// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;
@@ -32,7 +33,14 @@ pub struct SimulationArguments {
     pub executed: Option<PathBuf>,
 }
 
-fn rate(text: &str) -> Result<f64, String> {
+/// A kind of motion.
+pub(crate) fn motion(name: &str) -> Result<MotionKind, String> {
+    MotionKind::from_name(name)
+        .ok_or_else(|| format!("one of {} is needed", MotionKind::NAMES.join(", ")))
+}
+
+/// The rate of simulated time.
+pub(crate) fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
         _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),

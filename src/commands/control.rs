@@ -15,13 +15,14 @@ use surefoot_controller_sim::{
 };
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::instance::sender::random_id;
+use surefoot_shared_types::message::{PlanChunk, WalkRecord};
 use surefoot_shared_types::plan_file::write::{executed_plan, save};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::ControlArguments;
-use crate::commands::control::chunk_handler::ChunkHandler;
+use crate::commands::control::chunk_handler::{ChunkHandler, SharedHandler};
 use crate::commands::control::paced_walk::{PacedWalk, WalkOptions};
 use crate::commands::session::prepare_process;
 use crate::input::inputs::{Inputs, Overrides};
@@ -94,7 +95,10 @@ impl<'a> Controller<'a> {
         let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
         subscriber.describe(&description)?;
         let executor = match subscriber.taken_over() {
-            Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
+            Some(feedback) => {
+                let executor = ChunkExecutor::take_over(checker, identity, feedback);
+                executor.going_on_after(chunks_taken_over(&subscriber, arguments).0)
+            }
             None if arguments.serve => ChunkExecutor::new(checker, identity),
             None => ChunkExecutor::new(checker, identity).starting_at(scenario.start),
         };
@@ -104,7 +108,8 @@ impl<'a> Controller<'a> {
             late: simulation.late,
             is_recorded: record.is_some(),
         };
-        let robot = PacedWalk::new(&subscriber, id, &walk)?;
+        let mut robot = PacedWalk::new(&subscriber, id, &walk)?;
+        robot.take_over(chunks_taken_over(&subscriber, arguments));
         let disturbance = simulation.disturb.map(Disturbance::new);
         let mut handler = ChunkHandler::new(executor, ground_truth, disturbance, robot);
         if let Some(feedback) = subscriber.taken_over() {
@@ -123,7 +128,10 @@ impl<'a> Controller<'a> {
     /// Receives, checks and executes plans until the time to linger is over or a signal comes.
     fn run(&mut self) -> Result<CommandOutcome, CommandError> {
         let mut ended = match self.subscriber.stream_end() {
-            Some(ended) => ended,
+            Some(ended) => {
+                self.handler.come_to_rest();
+                ended
+            }
             None => self.receive()?,
         };
         loop {
@@ -160,11 +168,7 @@ impl<'a> Controller<'a> {
     /// Receives chunks until their stream ends.
     fn receive(&mut self) -> Result<StreamEnd, CommandError> {
         let handler = RefCell::new(&mut self.handler);
-        Ok(self
-            .subscriber
-            .run(&mut |chunk, heartbeat| handler.borrow_mut().handle(chunk, heartbeat), &|| {
-                keep_walking(&handler)
-            })?)
+        Ok(self.subscriber.run_with(&mut SharedHandler(&handler), &|| keep_walking(&handler))?)
     }
 
     /// Repeats the last feedback. Returns the end of the next stream, if another one comes. After a
@@ -172,11 +176,9 @@ impl<'a> Controller<'a> {
     fn linger(&mut self, is_refused: bool) -> Result<Option<StreamEnd>, CommandError> {
         let handler = RefCell::new(&mut self.handler);
         let linger_max = self.linger_max.map(|max| if is_refused { Duration::MAX } else { max });
-        Ok(self.subscriber.linger(
-            &mut |chunk, heartbeat| handler.borrow_mut().handle(chunk, heartbeat),
-            linger_max,
-            &|| keep_walking(&handler),
-        )?)
+        Ok(self
+            .subscriber
+            .linger_with(&mut SharedHandler(&handler), linger_max, &|| keep_walking(&handler))?)
     }
 
     /// Reports the summary of a plan, and writes the motion as executed so far.
@@ -198,6 +200,16 @@ impl<'a> Controller<'a> {
         let folder = output_files::plan_folder(path);
         Ok(save(&executed_plan(model, world, scenario, &executed, &folder), path)?)
     }
+}
+
+/// The chunks in which another controller left the robot, and where. Misplaced feet are known to
+/// that controller alone: then the robot stands where it reported.
+fn chunks_taken_over<'a>(
+    subscriber: &'a PlanSubscriber,
+    arguments: &ControlArguments,
+) -> (&'a [PlanChunk], Option<&'a WalkRecord>) {
+    let is_planned = arguments.simulation.disturb.is_none();
+    if is_planned { subscriber.chunks_taken_over() } else { (&[], None) }
 }
 
 /// Walks on where the robot's time is real time. Whether no signal has asked the process to end.

@@ -3,7 +3,6 @@
 mod role_commands;
 mod role_files;
 
-use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::instance::{Instance, Participant};
 use surefoot_shared_types::plan_file::read::load_plan;
 use surefoot_shared_types::world::load::load_world;
@@ -27,11 +26,7 @@ use crate::system::signals;
 /// # Errors
 /// An input cannot be used, an output cannot be written, a process fails, or a signal comes.
 pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
-    let mut overrides = Overrides::of(&arguments.search);
-    if arguments.simulation.disturb.is_some() {
-        overrides.motion = overrides.motion.or(Some(MotionKind::QuasiStatic));
-    }
-    let inputs = Inputs::load(&arguments.search.scenario, overrides)?;
+    let inputs = Inputs::load(&arguments.search.scenario, Overrides::of(&arguments.search))?;
     output_files::check_run(&arguments.outputs, &inputs)?;
     let simulation = &arguments.simulation;
     if let Some(executed) = &simulation.executed {

@@ -21,18 +21,19 @@ use surefoot_shared_types::instance::tuning::{
 };
 use surefoot_shared_types::instance::wake_pipe::{WakePipe, keep_polling};
 use surefoot_shared_types::message::{
-    Check, Description, Feedback, Margins, PlanChunk, WorldCorrection,
+    Check, Description, Feedback, Margins, PlanChunk, WalkRecord, WorldCorrection,
 };
 
 pub use surefoot_shared_types::instance::error::ChannelError;
 
 use crate::channel::fault_injection::FaultInjection;
-use crate::channel::journal::Journal;
+use crate::channel::journal::{Journal, LastRecord};
 use crate::channel::state_publisher::StatePublisher;
 use crate::channel::stream_state::{
     ChunkTriage, ReceiverStats, Refusal, StreamState, WalkProgress,
 };
 use crate::channel::tuning::{CLEANUP_INTERVAL, HEARTBEAT_INTERVAL};
+use crate::channel::walk_journal::WalkJournal;
 
 /// Result of checking a chunk.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,6 +60,28 @@ pub enum ChunkDecision {
 /// that the planner receives a heartbeat.
 pub type ChunkCheck<'a> = dyn FnMut(&PlanChunk, &mut dyn FnMut()) -> ChunkDecision + 'a;
 
+/// Checks chunks and walks them, each once and in order. Between the two the journal records the
+/// decision, so that a robot never moves along a chunk that its next controller does not know.
+pub trait ChunkExecution {
+    /// Checks a chunk; see [`ChunkCheck`].
+    fn check(&mut self, chunk: &PlanChunk, heartbeat: &mut dyn FnMut()) -> ChunkDecision;
+
+    /// Walks an accepted chunk until the robot needs the next one, or holds the robot where one is
+    /// refused. The planner receives the decision after that.
+    fn execute(&mut self, chunk: &PlanChunk, decision: &ChunkDecision, heartbeat: &mut dyn FnMut());
+}
+
+/// Checks chunks for a robot that does not move.
+struct CheckOnly<'a, 'b>(&'a mut ChunkCheck<'b>);
+
+impl ChunkExecution for CheckOnly<'_, '_> {
+    fn check(&mut self, chunk: &PlanChunk, heartbeat: &mut dyn FnMut()) -> ChunkDecision {
+        (self.0)(chunk, heartbeat)
+    }
+
+    fn execute(&mut self, _: &PlanChunk, _: &ChunkDecision, _: &mut dyn FnMut()) {}
+}
+
 /// How receiving ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StreamEnd {
@@ -80,7 +103,7 @@ pub struct PlanSubscriber {
     participant: Participant,
     stream_state: StreamState,
     journal: Journal,
-    taken_over: Option<Feedback>,
+    taken_over: Option<LastRecord>,
     active_at: Instant,
     cleaned_at: Instant,
     reported_left: bool,
@@ -113,7 +136,7 @@ impl PlanSubscriber {
             return Err(ChannelError::Id);
         }
         let participant = Participant::open(instance)?;
-        let (journal, record) = Journal::open(instance)?;
+        let (journal, taken_over) = Journal::open(instance)?;
         let making = participant.making()?;
         let subscriber =
             participant.chunks.subscriber_builder().buffer_size(WINDOW_CHUNKS).create();
@@ -122,9 +145,10 @@ impl PlanSubscriber {
         let feedback_publisher = FeedbackPublisher::open(&participant)?;
         instance.reserve_segments()?;
         drop(making);
-        let stream_state = record
-            .map_or_else(|| StreamState::new(id), |record| StreamState::take_over(id, &record));
-        let taken_over = record.map(|record| record.feedback);
+        let stream_state = taken_over.as_ref().map_or_else(
+            || StreamState::new(id),
+            |last| StreamState::take_over(id, &last.record, last.walk.as_ref()),
+        );
         let start = now();
         let mut plan_subscriber = Self {
             subscriber,
@@ -172,7 +196,22 @@ impl PlanSubscriber {
 
     /// The last feedback of the controller whose robot this one took over, if there was one.
     pub fn taken_over(&self) -> Option<&Feedback> {
-        self.taken_over.as_ref()
+        self.taken_over.as_ref().map(|last| &last.record.feedback)
+    }
+
+    /// The last chunks of the plan in execution that the controller before accepted, in their
+    /// order, and where in them it left the robot.
+    pub fn chunks_taken_over(&self) -> (&[PlanChunk], Option<&WalkRecord>) {
+        let last = self.taken_over.as_ref();
+        last.map_or((&[], None), |last| (&last.chunks, last.walk.as_ref()))
+    }
+
+    /// The record of where the robot is: to be kept up to date by the one who moves the robot.
+    ///
+    /// # Errors
+    /// The journal cannot be mapped.
+    pub fn walk_journal(&self) -> Result<WalkJournal, ChannelError> {
+        self.journal.walk_journal(self.chunks_taken_over().1)
     }
 
     /// Receives until the plan is finished, a chunk is refused, or `keep_going` returns false.
@@ -187,8 +226,20 @@ impl PlanSubscriber {
         check_chunk: &mut ChunkCheck<'_>,
         keep_going: &dyn Fn() -> bool,
     ) -> Result<StreamEnd, ChannelError> {
+        self.run_with(&mut CheckOnly(check_chunk), keep_going)
+    }
+
+    /// As [`Self::run`], for a robot that moves.
+    ///
+    /// # Errors
+    /// The transport or the journal fails.
+    pub fn run_with(
+        &mut self,
+        execution: &mut dyn ChunkExecution,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<StreamEnd, ChannelError> {
         while keep_going() {
-            match self.receive_one(check_chunk)? {
+            match self.receive_one(execution)? {
                 Received::Nothing => {
                     self.idle()?;
                     if self.has_planner_left() {
@@ -228,6 +279,19 @@ impl PlanSubscriber {
         timeout: Option<Duration>,
         keep_going: &dyn Fn() -> bool,
     ) -> Result<Option<StreamEnd>, ChannelError> {
+        self.linger_with(&mut CheckOnly(check_chunk), timeout, keep_going)
+    }
+
+    /// As [`Self::linger`], for a robot that moves.
+    ///
+    /// # Errors
+    /// The transport or the journal fails.
+    pub fn linger_with(
+        &mut self,
+        execution: &mut dyn ChunkExecution,
+        timeout: Option<Duration>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Option<StreamEnd>, ChannelError> {
         let start = now();
         while keep_going() {
             let has_no_publisher =
@@ -235,9 +299,9 @@ impl PlanSubscriber {
             if timeout.is_some_and(|timeout| start.elapsed() >= timeout || has_no_publisher()) {
                 return Ok(None);
             }
-            match self.receive_one(check_chunk)? {
+            match self.receive_one(execution)? {
                 Received::Checked if self.stream_end().is_some() => return Ok(self.stream_end()),
-                Received::Checked => return self.run(check_chunk, keep_going).map(Some),
+                Received::Checked => return self.run_with(execution, keep_going).map(Some),
                 Received::Nothing | Received::Ignored => self.idle()?,
             }
         }
@@ -264,7 +328,10 @@ impl PlanSubscriber {
     }
 
     /// Receives a chunk and answers it.
-    fn receive_one(&mut self, check_chunk: &mut ChunkCheck<'_>) -> Result<Received, ChannelError> {
+    fn receive_one(
+        &mut self,
+        execution: &mut dyn ChunkExecution,
+    ) -> Result<Received, ChannelError> {
         let received = self
             .subscriber
             .receive()
@@ -273,11 +340,14 @@ impl PlanSubscriber {
         let chunk = sample.payload();
         match self.stream_state.triage(chunk) {
             ChunkTriage::Ignore => return Ok(Received::Ignored),
-            ChunkTriage::Refuse(check) => self.stream_state.refuse(check, 0, None),
-            ChunkTriage::Check => self.check_chunk(chunk, check_chunk)?,
+            ChunkTriage::Refuse(check) => {
+                self.stream_state.refuse(check, 0, None);
+                let feedback = self.feedback_publisher.next_feedback(&self.stream_state);
+                self.journal.write(self.stream_state.stream_after_first(), &feedback);
+            }
+            ChunkTriage::Check => self.check_and_execute(chunk, execution)?,
         }
         let feedback = self.feedback_publisher.next_feedback(&self.stream_state);
-        self.journal.write(self.stream_state.stream_after_first(), &feedback);
         let may_sleep = std::mem::take(&mut self.has_slept);
         self.feedback_publisher.publish_and_notify(
             feedback,
@@ -287,33 +357,41 @@ impl PlanSubscriber {
         Ok(Received::Checked)
     }
 
-    /// Checks a chunk, with heartbeats when that takes long.
-    fn check_chunk(
+    /// Checks a chunk, records the decision and executes it, with heartbeats when that takes long.
+    fn check_and_execute(
         &mut self,
         chunk: &PlanChunk,
-        check_chunk: &mut ChunkCheck<'_>,
+        execution: &mut dyn ChunkExecution,
     ) -> Result<(), ChannelError> {
-        let (feedback_publisher, stream_state) =
-            (&mut self.feedback_publisher, &mut self.stream_state);
-        stream_state.set_busy(true);
+        let mut decided = self.stream_state.clone();
+        self.stream_state.set_busy(true);
+        let walk = self.walk_progress();
+        let (feedback_publisher, stream_state) = (&mut self.feedback_publisher, &self.stream_state);
         let mut published = Ok(());
-        let decision = check_chunk(chunk, &mut || {
+        let mut heartbeat = || {
             if published.is_ok() && feedback_publisher.is_due() {
                 published = feedback_publisher.publish(stream_state);
             }
-        });
-        stream_state.set_busy(false);
-        match decision {
+        };
+        let decision = execution.check(chunk, &mut heartbeat);
+        match &decision {
             ChunkDecision::Accepted(margins, stream) => {
-                stream_state.accept(chunk, stream, &margins, chunk)
+                decided.accept(chunk, *stream, margins, chunk)
             }
             ChunkDecision::AcceptedAs(margins, stream, executed) => {
-                stream_state.accept(chunk, stream, &margins, &executed)
+                decided.accept(chunk, *stream, margins, executed)
             }
             ChunkDecision::Refused { check, waypoint, correction } => {
-                stream_state.refuse(check, waypoint, correction)
+                decided.refuse(*check, *waypoint, *correction)
             }
         }
+        if !matches!(decision, ChunkDecision::Refused { .. }) {
+            self.journal.store(decided.walked(), chunk);
+        }
+        let feedback = decided.feedback(decided.stats().received, walk.get());
+        self.journal.write(decided.stream_after_first(), &feedback);
+        execution.execute(chunk, &decision, &mut heartbeat);
+        self.stream_state = decided;
         published
     }
 

@@ -11,7 +11,7 @@ use surefoot_shared_types::instance::sender::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{
-    Check, Feedback, JournalRecord, Margins, PlanChunk, RestState, Verdict, WithCrc,
+    Check, Feedback, JournalRecord, Margins, PlanChunk, RestState, Verdict, WalkRecord, WithCrc,
     WorldCorrection,
 };
 
@@ -66,7 +66,7 @@ pub(crate) enum ChunkTriage {
 }
 
 /// The subscriber's state in the stream.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct StreamState {
     controller_id: u64,
     sessions: SenderTracker,
@@ -83,7 +83,7 @@ pub(crate) struct StreamState {
 }
 
 /// The accepted part of the plan in execution.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct PlanProgress {
     /// The plan's id and epoch.
     plan: Option<(u64, u64)>,
@@ -192,8 +192,12 @@ impl StreamState {
         }
     }
 
-    /// The state in which the previous controller left the robot.
-    pub(crate) fn take_over(controller_id: u64, record: &JournalRecord) -> Self {
+    /// The state in which the previous controller left the robot. `walk` says where it was.
+    pub(crate) fn take_over(
+        controller_id: u64,
+        record: &JournalRecord,
+        walk: Option<&WalkRecord>,
+    ) -> Self {
         let feedback = &record.feedback;
         let mut sessions = SenderTracker::default();
         if feedback.session != 0 {
@@ -205,7 +209,10 @@ impl StreamState {
             progress: PlanProgress::of_record(record),
             rest_state: feedback.rest_state,
             walked: feedback.walked,
-            stops_before: StopCounts { brakes: feedback.brakes, stood: feedback.stood },
+            stops_before: walk
+                .map_or(StopCounts { brakes: feedback.brakes, stood: feedback.stood }, |walk| {
+                    StopCounts { brakes: walk.brakes, stood: walk.stood }
+                }),
             corrections: feedback.corrections().iter().copied().collect(),
             busy: false,
             stats: ReceiverStats {
@@ -300,6 +307,11 @@ impl StreamState {
     /// The refusal that holds, if any.
     pub(crate) fn refusal(&self) -> Option<Refusal> {
         self.progress.refusal
+    }
+
+    /// Chunks that the robot executed since its start.
+    pub(crate) fn walked(&self) -> u64 {
+        self.walked
     }
 
     /// Whether the plan's last chunk is accepted.

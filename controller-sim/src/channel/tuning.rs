@@ -9,6 +9,12 @@ pub(crate) const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(1);
 /// Time between two cleanings of what dead processes hold, while there is nothing to read.
 pub(crate) const CLEANUP_INTERVAL: Duration = Duration::from_millis(500);
 
+// The journal.
+
+/// The last accepted chunks of a plan that the journal keeps. The robot takes no further chunk
+/// while it has not passed so many.
+pub const JOURNAL_CHUNKS: usize = 32;
+
 // Injected faults.
 
 /// Probability that a feedback message is lost.

@@ -3,11 +3,12 @@
 
 use std::collections::VecDeque;
 
-use surefoot_shared_types::message::{PlanChunk, Waypoint};
+use bytemuck::Zeroable;
+use surefoot_shared_types::message::{PlanChunk, RecordedPace, WalkRecord, Waypoint};
 
 use crate::check::course::at_rate;
 use crate::execution::executed_motion::{ExecutedMotion, PlanWalk};
-use crate::execution::plan_clock::{PlanClock, StopCounts};
+use crate::execution::plan_clock::{Pace, PlanClock, StopCounts};
 use crate::execution::plan_motion::planned_in;
 
 /// The walk of one plan after the other.
@@ -30,10 +31,12 @@ impl ChunkWalk {
 
     /// The robot has accepted the next chunk. The first chunk of a plan begins where it stands.
     pub fn accept(&mut self, chunk: &PlanChunk) {
-        let Some(first) = chunk.waypoints().first() else { return };
+        if chunk.waypoints().is_empty() {
+            return;
+        }
         if chunk.sequence == 0 || self.clock.is_none() {
             self.end_plan();
-            self.clock = Some(PlanClock::new(first.time));
+            self.clock = PlanClock::before(chunk);
         }
         if let Some(clock) = &mut self.clock {
             clock.accept(chunk);
@@ -41,13 +44,59 @@ impl ChunkWalk {
         }
     }
 
+    /// Takes over a robot that has accepted `chunks`, the last ones of its plan, and was where
+    /// `record` says. Without a record of this plan it stands at the plan's beginning; where the
+    /// chunks do not reach back to there, it rests where it stops without a further chunk. Returns
+    /// whether it was recorded.
+    pub fn take_over(&mut self, chunks: &[PlanChunk], record: Option<&WalkRecord>) -> bool {
+        let Some(last) = chunks.last() else { return false };
+        let plan = (last.plan_id, last.epoch);
+        let record = record.filter(|record| (record.plan_id, record.epoch) == plan);
+        let pace = record.and_then(recorded_pace).unwrap_or(Pace::AtRest(0));
+        let clock = PlanClock::at(chunks, pace);
+        let is_recorded = record.is_some() && clock.is_some();
+        self.clock =
+            clock.or_else(|| PlanClock::at(chunks, Pace::AtRest(last.sequence as usize + 1)));
+        self.chunks = chunks.to_vec().into();
+        self.advance(0.0);
+        is_recorded
+    }
+
+    /// Where in its chunks the robot is, for the controller that takes it over. Neither the number
+    /// of the record nor the instant is set.
+    pub fn record(&self) -> Option<WalkRecord> {
+        let (clock, last) = (self.clock.as_ref()?, self.chunks.back()?);
+        let (pace, stop, time) = match clock.pace() {
+            Pace::Walking(time) => (RecordedPace::Walking, 0, time),
+            Pace::AtRest(stop) => (RecordedPace::AtRest, stop, 0.0),
+            Pace::Braking(stop, after) => (RecordedPace::Braking, stop, after),
+            Pace::GoingOn(stop, after) => (RecordedPace::GoingOn, stop, after),
+        };
+        let StopCounts { brakes, stood } = self.counts();
+        Some(WalkRecord {
+            plan_id: last.plan_id,
+            epoch: last.epoch,
+            pace: pace as u64,
+            stop: stop as u64,
+            time,
+            brakes,
+            stood,
+            ..WalkRecord::zeroed()
+        })
+    }
+
+    /// Number of accepted chunks that the robot has not passed.
+    pub fn chunks_ahead(&self) -> usize {
+        let now = self.clock.as_ref().map_or(0.0, |clock| clock.now().time);
+        self.chunks.iter().rev().take_while(|chunk| !is_passed(chunk, now)).count()
+    }
+
     /// Lets `seconds` pass.
     pub fn advance(&mut self, seconds: f64) {
         let Some(clock) = &mut self.clock else { return };
         clock.advance(seconds);
         let now = clock.now().time;
-        let is_passed = |chunk: &PlanChunk| chunk.waypoints().last().is_some_and(|w| w.time < now);
-        while self.record.is_none() && self.chunks.len() > 1 && is_passed(&self.chunks[0]) {
+        while self.record.is_none() && self.chunks.len() > 1 && is_passed(&self.chunks[0], now) {
             self.chunks.pop_front();
         }
     }
@@ -55,10 +104,8 @@ impl ChunkWalk {
     /// The chunk in which the robot is, and its motion at this instant.
     pub fn now(&self) -> Option<(&PlanChunk, Waypoint)> {
         let now = self.clock.as_ref()?.now();
-        let ends_before = |chunk: &PlanChunk| {
-            chunk.waypoints().last().is_some_and(|waypoint| waypoint.time < now.time)
-        };
-        let at = self.chunks.partition_point(ends_before).min(self.chunks.len().checked_sub(1)?);
+        let is_passed = |chunk: &PlanChunk| is_passed(chunk, now.time);
+        let at = self.chunks.partition_point(is_passed).min(self.chunks.len().checked_sub(1)?);
         let chunk = self.chunks.get(at)?;
         Some((chunk, at_rate(planned_in(chunk, now.time), now.rate, now.rate_change)))
     }
@@ -102,4 +149,22 @@ impl ChunkWalk {
             record.add(&PlanWalk { chunks: &Vec::from(chunks), clock: &clock });
         }
     }
+}
+
+/// Whether a chunk ends before a plan time (s).
+fn is_passed(chunk: &PlanChunk, now: f64) -> bool {
+    chunk.waypoints().last().is_some_and(|waypoint| waypoint.time < now)
+}
+
+/// The pace of a record.
+fn recorded_pace(record: &WalkRecord) -> Option<Pace> {
+    let stop = usize::try_from(record.stop).ok()?;
+    let time = record.time;
+    Some(match RecordedPace::from_wire(record.pace)? {
+        RecordedPace::Walking => Pace::Walking(time),
+        _ if time < 0.0 => return None,
+        RecordedPace::AtRest => Pace::AtRest(stop),
+        RecordedPace::Braking => Pace::Braking(stop, time),
+        RecordedPace::GoingOn => Pace::GoingOn(stop, time),
+    })
 }

@@ -2,24 +2,24 @@
 //!
 //! A landing foot stands up to 5 mm and 1 degree off its planned pose, in the plane of its sole.
 //! While it stands there, the root moves as planned and the leg's joints are solved for the actual
-//! sole. When the foot is lifted, it returns to its planned path. Where that exceeds a joint's
-//! acceleration limit, the motion takes longer than planned and the rest of the plan is delayed.
-//! The executed motion passes every check of the plan, or the robot holds its position and reports
-//! where it stands.
+//! sole. When the foot is lifted, it returns to its planned path. Where straight lines exceed a
+//! joint's acceleration limit, the motion takes longer than planned and the rest of the plan is
+//! delayed; a smooth motion keeps its times. The executed motion passes every check of the plan, or
+//! the robot brakes and reports where it stands.
 
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::{interpolate, rotation_about};
-use surefoot_shared_types::message::{Contact, Margins, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::base::spatial::rotation_about;
+use surefoot_shared_types::message::{Check, Contact, Margins, PlanChunk, SupportMode, Waypoint};
 
 use crate::base::random;
 use crate::check::checker::Checker;
 use crate::check::course::Course;
-use crate::check::segment::MotionSegment;
+use crate::check::segment::{MotionSegment, Violation};
+use crate::execution::actual_motion::{actual_chunk, end_time, is_in_contact};
 use crate::execution::executor::ChunkExecutor;
 use crate::execution::executor::RestState;
+use crate::execution::recent_chunks::RecentChunks;
 use crate::execution::tuning::{LANDING_ATTEMPTS_MAX, OFFSET_MAX, YAW_MAX};
-use crate::kinematics::forward::{Configuration, Posture};
-use crate::kinematics::leg_ik::solve_leg_ik;
 
 /// Result of executing an accepted chunk.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,14 @@ pub enum DisturbedExecution {
     Infeasible(String),
 }
 
+/// Why a chunk cannot be executed with the actual feet.
+struct Infeasible {
+    /// Whether a landing foot finds no support.
+    lacks_support: bool,
+    /// One line that says why.
+    detail: String,
+}
+
 /// Misplaces landing feet and stores their actual poses.
 #[derive(Debug, Clone)]
 pub struct Disturbance {
@@ -40,12 +48,19 @@ pub struct Disturbance {
     planned_from_actual: [Pose; 2],
     /// How far behind the plan the robot is, s.
     delay: f64,
+    /// The last executed chunks of a smooth plan.
+    recent: RecentChunks,
 }
 
 impl Disturbance {
     /// The disturbances of a seed.
     pub fn new(seed: u64) -> Self {
-        Self { seed, planned_from_actual: [Pose::IDENTITY; 2], delay: 0.0 }
+        Self {
+            seed,
+            planned_from_actual: [Pose::IDENTITY; 2],
+            delay: 0.0,
+            recent: RecentChunks::default(),
+        }
     }
 
     /// Executes a chunk that `executor` accepts, with the actual feet. `heartbeat` is called now
@@ -58,29 +73,92 @@ impl Disturbance {
     ) -> DisturbedExecution {
         if chunk.sequence == 0 {
             // A plan begins at the actual rest state.
-            (self.planned_from_actual, self.delay) = ([Pose::IDENTITY; 2], 0.0);
+            *self = Self::new(self.seed);
         }
         let landing = executor.landing(chunk).copied();
         let attempts = if landing.is_some() { LANDING_ATTEMPTS_MAX } else { 1 };
-        let mut last_error = String::new();
+        let mut last_error = Infeasible { lacks_support: false, detail: String::new() };
         for attempt in 0..attempts {
             let mut feet = self.planned_from_actual;
             if let Some(landing) = &landing {
                 feet[landing.limb as usize] = self.landing_offset(chunk, attempt);
             }
-            match check_actual(executor, chunk, landing.as_ref(), (&feet, self.delay), heartbeat) {
+            match self.check_actual(executor, chunk, landing.as_ref(), &feet, heartbeat) {
                 Ok((actual, margins)) => {
                     executor.execute_as(chunk, &actual, &margins);
                     self.planned_from_actual = feet_after(chunk, feet);
                     self.delay = end_time(&actual) - end_time(chunk);
+                    let mode = SupportMode::from_wire(actual.mode);
+                    if let Some(mode) = mode.filter(|_| actual.is_smooth()) {
+                        self.recent.add(mode, &actual);
+                    }
                     return DisturbedExecution::Executed(Box::new(actual), margins);
                 }
                 Err(reason) => last_error = reason,
             }
         }
-        landing.map_or(DisturbedExecution::Infeasible(last_error), |contact| {
-            DisturbedExecution::Unsupported(Box::new(contact))
-        })
+        match landing {
+            Some(contact) if last_error.lacks_support => {
+                DisturbedExecution::Unsupported(Box::new(contact))
+            }
+            _ => DisturbedExecution::Infeasible(last_error.detail),
+        }
+    }
+
+    /// Checks a chunk with its actual feet: the chunk to execute, or why it cannot be executed.
+    fn check_actual(
+        &self,
+        executor: &mut ChunkExecutor,
+        chunk: &PlanChunk,
+        landing: Option<&Contact>,
+        feet: &[Pose; 2],
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<(PlanChunk, Margins), Infeasible> {
+        let detail = |detail| Infeasible { lacks_support: landing.is_some(), detail };
+        let mut actual = actual_chunk(executor.checker(), chunk, feet).map_err(detail)?;
+        if !chunk.is_smooth() {
+            delay_motion(executor.checker(), &mut actual, self.delay);
+        }
+        let mode = SupportMode::from_wire(chunk.mode).ok_or_else(|| detail("no mode".into()))?;
+        let infeasible = |violation: Violation| Infeasible {
+            // Straight lines pass the other checks of a landing if they are slow enough.
+            lacks_support: landing.is_some()
+                && (!chunk.is_smooth() || violation.check == Check::Contact),
+            detail: violation.to_string(),
+        };
+        if landing.is_some() {
+            self.check_slide(executor, &actual, heartbeat).map_err(infeasible)?;
+        }
+        let margins = if chunk.is_smooth() {
+            self.recent.check_next(executor.checker_mut(), (mode, &actual), heartbeat)
+        } else {
+            let (contacts, waypoints) = (actual.contacts(), actual.waypoints());
+            let segment = MotionSegment { mode, contacts, waypoints, course: Course::Straight };
+            executor.check_motion(&segment, heartbeat)
+        };
+        Ok((actual, margins.map_err(infeasible)?))
+    }
+
+    /// Whether the landing foot may slide from its planned place to where it comes to rest.
+    fn check_slide(
+        &self,
+        executor: &mut ChunkExecutor,
+        actual: &PlanChunk,
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<(), Violation> {
+        let Some(RestState { waypoint, mode, contacts }) = executor.actual_rest_state().cloned()
+        else {
+            return Ok(());
+        };
+        let waypoint = self.recent.last_waypoint().map_or(waypoint, Waypoint::rested);
+        let end = Waypoint { time: waypoint.time + 1.0, ..actual.waypoints()[0].rested() };
+        let slide = MotionSegment {
+            mode,
+            contacts: &contacts,
+            waypoints: &[waypoint, end],
+            course: Course::Straight,
+        };
+        executor.check_motion(&slide, heartbeat).map(drop)
     }
 
     /// Actual pose, in the planned sole frame, of a foot that lands with this chunk.
@@ -106,35 +184,6 @@ fn feet_after(chunk: &PlanChunk, feet: [Pose; 2]) -> [Pose; 2] {
     [0, 1].map(|limb| if is_in_contact(chunk, limb) { feet[limb] } else { Pose::IDENTITY })
 }
 
-fn is_in_contact(chunk: &PlanChunk, limb: usize) -> bool {
-    chunk.contacts().iter().any(|contact| contact.limb as usize == limb)
-}
-
-/// Checks a chunk with its actual feet: the chunk to execute, or why it cannot be executed.
-fn check_actual(
-    executor: &mut ChunkExecutor,
-    chunk: &PlanChunk,
-    landing: Option<&Contact>,
-    (feet, delay): (&[Pose; 2], f64),
-    heartbeat: &mut dyn FnMut(),
-) -> Result<(PlanChunk, Margins), String> {
-    let mut actual = actual_chunk(executor.checker(), chunk, feet)?;
-    delay_motion(executor.checker(), &mut actual, delay);
-    let mode = SupportMode::from_wire(chunk.mode).ok_or("no mode")?;
-    if landing.is_some() {
-        check_slide(executor, &actual, heartbeat)?;
-    }
-    let segment = MotionSegment {
-        mode,
-        contacts: actual.contacts(),
-        waypoints: actual.waypoints(),
-        course: Course::Straight,
-    };
-    let margins =
-        executor.check_motion(&segment, heartbeat).map_err(|violation| violation.to_string())?;
-    Ok((actual, margins))
-}
-
 /// Delays a motion by `delay` (s), and has it take as long as the joints need.
 fn delay_motion(checker: &Checker, actual: &mut PlanChunk, delay: f64) {
     let time_scale_min = checker.time_scale_min(actual.waypoints());
@@ -143,81 +192,4 @@ fn delay_motion(checker: &Checker, actual: &mut PlanChunk, delay: f64) {
         waypoint.time = delay + begin + time_scale_min * (waypoint.time - begin);
     }
     actual.brake_at = end_time(actual);
-}
-
-/// When the last waypoint of a chunk is reached, s.
-fn end_time(chunk: &PlanChunk) -> f64 {
-    chunk.waypoints().last().map_or(0.0, |waypoint| waypoint.time)
-}
-
-/// Whether the landing foot may slide from its planned place to where it comes to rest.
-fn check_slide(
-    executor: &mut ChunkExecutor,
-    actual: &PlanChunk,
-    heartbeat: &mut dyn FnMut(),
-) -> Result<(), String> {
-    let Some(RestState { waypoint, mode, contacts }) = executor.actual_rest_state().cloned() else {
-        return Ok(());
-    };
-    let end = Waypoint { time: waypoint.time + 1.0, ..actual.waypoints()[0] };
-    let slide = MotionSegment {
-        mode,
-        contacts: &contacts,
-        waypoints: &[waypoint, end],
-        course: Course::Straight,
-    };
-    executor.check_motion(&slide, heartbeat).map(drop).map_err(|violation| violation.to_string())
-}
-
-/// The chunk with its actual feet.
-fn actual_chunk(
-    checker: &Checker,
-    chunk: &PlanChunk,
-    feet: &[Pose; 2],
-) -> Result<PlanChunk, String> {
-    let mut actual = *chunk;
-    let moved = (0..2).filter(|&limb| feet[limb] != Pose::IDENTITY);
-    for limb in moved {
-        let planned_from_actual = &feet[limb];
-        let contact = actual
-            .contacts
-            .iter_mut()
-            .take(chunk.contacts_len as usize)
-            .find(|contact| contact.limb as usize == limb);
-        let world_from_stance_sole = contact.map(|contact| {
-            let pose = contact.world_from_sole() * *planned_from_actual;
-            contact.position = pose.translation.to_array();
-            contact.rotation = pose.rotation.normalize().to_array();
-            contact.world_from_sole()
-        });
-        let (begin, end) = (chunk.waypoints[0].time, end_time(chunk));
-        for waypoint in &mut actual.waypoints[..chunk.waypoints_len as usize] {
-            let fraction = if end > begin { (waypoint.time - begin) / (end - begin) } else { 0.0 };
-            // From its stance to its planned path with zero velocity at both ends.
-            let remaining = 1.0 - fraction * fraction * (3.0 - 2.0 * fraction);
-            let swinging = |planned: Pose| {
-                planned * interpolate(&Pose::IDENTITY, planned_from_actual, remaining)
-            };
-            move_foot(checker, waypoint, limb, |planned| {
-                world_from_stance_sole.unwrap_or_else(|| swinging(planned))
-            })?;
-        }
-    }
-    Ok(actual)
-}
-
-fn move_foot(
-    checker: &Checker,
-    waypoint: &mut Waypoint,
-    limb: usize,
-    target: impl Fn(Pose) -> Pose,
-) -> Result<(), String> {
-    let model = checker.model();
-    let mut configuration = Configuration::of_waypoint(waypoint, model.joints.len());
-    let planned = Posture::new(model, &configuration).world_from_sole(model, limb);
-    if !solve_leg_ik(model, &mut configuration, limb, &target(planned)) {
-        return Err(format!("the leg of foot {limb} does not reach its actual pose"));
-    }
-    waypoint.q.iter_mut().zip(configuration.q).for_each(|(slot, position)| *slot = position);
-    Ok(())
 }

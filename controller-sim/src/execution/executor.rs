@@ -153,6 +153,12 @@ impl ChunkExecutor {
         }
     }
 
+    /// The same robot, whose plan goes on after these chunks, the last ones that it has accepted.
+    pub fn going_on_after(mut self, chunks: &[PlanChunk]) -> Self {
+        chunks.iter().for_each(|chunk| self.recent.add(mode_of(chunk), chunk));
+        self
+    }
+
     /// From now on expects chunks made for the world with `correction` applied. To be called with
     /// every correction that is reported to the planner.
     pub fn correct(&mut self, correction: &WorldCorrection) {
@@ -206,36 +212,22 @@ impl ChunkExecutor {
         Ok(Margins::UNMEASURED)
     }
 
-    /// The physical checks of a chunk, of its stop, and of the stops of the chunks before it as far
-    /// as the robot moves within this chunk meanwhile.
+    /// The physical checks of a chunk.
     fn check_physics(
         &mut self,
         chunk: &PlanChunk,
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
-        let (mode, contacts, waypoints) = (mode_of(chunk), chunk.contacts(), chunk.waypoints());
+        let mode = mode_of(chunk);
         if !chunk.is_smooth() {
+            let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
             let course = Course::Straight;
             let segment = MotionSegment { mode, contacts, waypoints, course };
             return self.checker.check_segment(&segment, heartbeat);
         }
         let none = RecentChunks::default();
         let recent = if self.starts_plan(chunk) { &none } else { &self.recent };
-        let own = [Stop::of_chunk(chunk)];
-        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
-        let stops = [&own[..], &recent.stops_within(begin, end)].concat();
-        let mut margins = Margins::UNMEASURED;
-        for before in recent.concerned_by(&own[0]) {
-            let found = self.checker.check_stops(&before.segment(&own), heartbeat);
-            let found = found.map_err(|violation| Violation {
-                waypoint: 0,
-                detail: format!("while it brakes before this chunk: {}", violation.detail),
-                ..violation
-            })?;
-            margins = margins.min(&found);
-        }
-        let segment = MotionSegment { mode, contacts, waypoints, course: Course::Smooth(&stops) };
-        Ok(margins.min(&self.checker.check_segment(&segment, heartbeat)?))
+        recent.check_next(&mut self.checker, (mode, chunk), heartbeat)
     }
 
     /// Executes a chunk that [`Self::check_chunk`] accepted with these margins.

@@ -1,5 +1,6 @@
 //! Executes chunks on a simulated robot, with disturbances and in a world that may differ.
 
+pub(crate) mod actual_motion;
 pub mod chunk_walk;
 pub mod disturbance;
 pub mod executed_motion;

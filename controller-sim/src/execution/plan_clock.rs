@@ -84,6 +84,40 @@ impl PlanClock {
         }
     }
 
+    /// A robot that stands at the beginning of a chunk, of whose plan it has no chunk.
+    pub(crate) fn before(chunk: &PlanChunk) -> Option<Self> {
+        let mut clock = Self::new(chunk.waypoints().first()?.time);
+        clock.stops = vec![clock.stops[0]; usize::try_from(chunk.sequence).ok()? + 1];
+        Some(clock)
+    }
+
+    /// A robot that has accepted `chunks`, consecutive ones of a plan, and passes them at this
+    /// pace; nothing if it would be outside of them.
+    pub(crate) fn at(chunks: &[PlanChunk], pace: Pace) -> Option<Self> {
+        let first = chunks.first()?;
+        let mut clock = Self::before(first)?;
+        let before = clock.stops.len();
+        chunks.iter().for_each(|chunk| clock.accept(chunk));
+        let stop = |index: usize| {
+            let is_known = (before..clock.stops.len()).contains(&index);
+            clock.stops.get(index).filter(|_| is_known || index == 0 && before == 1)
+        };
+        let is_known = match pace {
+            Pace::Walking(_) => true,
+            Pace::AtRest(index) => stop(index).is_some(),
+            Pace::Braking(index, after) => stop(index).is_some_and(|stop| after <= stop.seconds),
+            Pace::GoingOn(index, after) => {
+                stop(index).is_some_and(|stop| after <= stop.resume_seconds)
+            }
+        };
+        if !is_known {
+            return None;
+        }
+        (clock.pace, clock.history) = (pace, vec![PaceChange { at: 0.0, pace }]);
+        let end = chunks.last()?.waypoints().last()?.time;
+        (first.waypoints()[0].time..=end).contains(&clock.now().time).then_some(clock)
+    }
+
     /// The robot has accepted the next chunk.
     pub fn accept(&mut self, chunk: &PlanChunk) {
         self.stops.push(Stop::of_chunk(chunk));

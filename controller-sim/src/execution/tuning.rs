@@ -7,6 +7,8 @@
 pub(crate) const OFFSET_MAX: f64 = 0.005;
 /// Largest yaw of a landed foot from its planned orientation, rad.
 pub(crate) const YAW_MAX: f64 = 1.0 / 180.0 * std::f64::consts::PI;
+/// The velocity and acceleration of a leg are differences over this time before and after, s.
+pub(crate) const DIFFERENCE_SECONDS: f64 = 2e-4;
 /// Landings that are tried where the support is insufficient.
 pub(crate) const LANDING_ATTEMPTS_MAX: u64 = 4;
 

@@ -283,12 +283,8 @@ impl<'a> PlannerBuilder<'a> {
     /// The timing of smooth paths, if plans are smoothed.
     fn timing(&self) -> Option<PathTiming> {
         let execution = &self.scenario.execution;
-        let limits = TimingLimits::new(
-            self.model,
-            execution.share,
-            self.world.mu,
-            self.scenario.checker.com_margin,
-        );
+        let limits =
+            TimingLimits::new(self.model, execution.share, self.world.mu, &self.scenario.checker);
         let points_max = self.scenario.planner.waypoints_max as usize;
         (execution.motion == MotionKind::Smooth)
             .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))

@@ -45,6 +45,11 @@ impl TimedChunks {
         stats.without_stop = self.without_stop;
     }
 
+    /// Whether all of the motion is within the limits and the robot can stop in every chunk.
+    pub fn is_within(&self) -> bool {
+        self.timing.stats().beyond == 0 && self.without_stop == 0
+    }
+
     /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
     /// all chunks are written.
     ///

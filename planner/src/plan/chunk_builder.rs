@@ -1,6 +1,7 @@
 //! Splits a walk into plan chunks at waypoints, which are all statically stable, computes their
 //! times and finalizes them.
 
+use bytemuck::Zeroable;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
@@ -79,8 +80,16 @@ pub struct TimedPart<'a> {
     pub stop: Stop,
 }
 
+/// The chunks at some time before more were appended.
+#[derive(Debug, Clone)]
+pub struct Mark {
+    written: usize,
+    waypoints: u64,
+    finalized: FinalizedStream,
+}
+
 /// State of the stream after the finalized chunks.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct FinalizedStream {
     plan_id: u64,
     epoch: u64,
@@ -145,6 +154,19 @@ impl ChunkBuilder {
     /// Number of waypoints of the plan. A waypoint that two chunks share counts once.
     pub fn waypoints(&self) -> u64 {
         self.waypoints
+    }
+
+    /// The chunks so far, of which a timed path is not yet part.
+    pub fn mark(&self) -> Mark {
+        let Self { written, waypoints, ref finalized, .. } = *self;
+        Mark { written, waypoints, finalized: finalized.clone() }
+    }
+
+    /// Drops all chunks since a mark.
+    pub fn rewind(&mut self, mark: &Mark) {
+        self.chunks[mark.written..self.written].fill(PlanChunk::zeroed());
+        (self.written, self.waypoints, self.last_timed) = (mark.written, mark.waypoints, None);
+        self.finalized = mark.finalized.clone();
     }
 
     /// Appends the motion of an executed chunk in reverse: from `end` through `before`, the
@@ -361,7 +383,7 @@ fn waypoint(configuration: &Configuration) -> Waypoint {
 
 /// The contact of a foothold.
 pub(crate) fn contact_of(foothold: &Foothold) -> Contact {
-    let mut contact: Contact = bytemuck::Zeroable::zeroed();
+    let mut contact = Contact::zeroed();
     contact.limb = foothold.limb as u32;
     contact.polygon_len = foothold.support.len() as u32;
     contact.position = foothold.world_from_sole.translation.to_array();

@@ -6,6 +6,19 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Checker",
+    "Parameters",
+    "Plan",
+    "Robot",
+    "World",
+    "WorldBuilder",
+    "load_scenario",
+    "plan",
+    "resolve",
+    "shipped",
+]
+
 _Floats = NDArray[np.float64]
 _Path = str | os.PathLike[str]
 _Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]

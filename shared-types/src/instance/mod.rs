@@ -1,6 +1,8 @@
 //! The shared memory of one planner, one controller and their clients: the private folder, its
 //! locks, iceoryx2's services, wake pipes, requests and observers.
 
+#[cfg(doctest)]
+mod attach_page;
 pub(crate) mod base_folder;
 pub(crate) mod capacity;
 pub(crate) mod chunk_counter;

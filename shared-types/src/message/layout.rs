@@ -98,6 +98,7 @@ mod tests {
     use crate::message::request_record::RequestRecord;
     use crate::message::rest_state::RestState;
     use crate::message::set_point::SetPoint;
+    use crate::message::walk_record::WalkRecord;
 
     fn assert_no_gaps<M: Layout>() {
         let mut end = 0;
@@ -125,6 +126,7 @@ mod tests {
         assert_no_gaps::<JournalRecord>();
         assert_no_gaps::<Description>();
         assert_no_gaps::<SetPoint>();
+        assert_no_gaps::<WalkRecord>();
     }
 
     #[test]

@@ -16,6 +16,7 @@ pub mod rest_state;
 pub(crate) mod rotation_vector;
 pub mod set_point;
 pub mod simulation_state;
+pub mod walk_record;
 
 pub use chunk::{Contact, PlanChunk, SupportMode, Waypoint};
 pub use correction::{CorrectionKind, WorldCorrection};
@@ -31,3 +32,4 @@ pub use request_record::{RequestRecord, RequestState};
 pub use rest_state::RestState;
 pub use set_point::SetPoint;
 pub use simulation_state::SimulationState;
+pub use walk_record::{RecordedPace, WalkRecord};

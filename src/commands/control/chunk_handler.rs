@@ -1,6 +1,8 @@
 //! The controller's handling of a chunk: checks it and executes it in the actual world.
 
-use surefoot_controller_sim::channel::plan_subscriber::ChunkDecision;
+use std::cell::RefCell;
+
+use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, ChunkExecution};
 use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
 use surefoot_controller_sim::missing_contact;
 use surefoot_controller_sim::{ChunkExecutor, Disturbance, GroundTruth, Violation};
@@ -23,6 +25,24 @@ pub(crate) struct ChunkHandler {
     corrections: usize,
     seconds: f64,
     detail: String,
+}
+
+/// A handler that is shared with the loop that moves the robot between two chunks.
+pub(crate) struct SharedHandler<'a, 'b>(pub(crate) &'a RefCell<&'b mut ChunkHandler>);
+
+impl ChunkExecution for SharedHandler<'_, '_> {
+    fn check(&mut self, chunk: &PlanChunk, heartbeat: &mut dyn FnMut()) -> ChunkDecision {
+        self.0.borrow_mut().check(chunk, heartbeat)
+    }
+
+    fn execute(
+        &mut self,
+        chunk: &PlanChunk,
+        decision: &ChunkDecision,
+        heartbeat: &mut dyn FnMut(),
+    ) {
+        self.0.borrow_mut().execute(chunk, decision, heartbeat);
+    }
 }
 
 impl ChunkHandler {
@@ -72,12 +92,8 @@ impl ChunkHandler {
         self.robot.executed()
     }
 
-    /// Checks a chunk and executes it if it is accepted. Calls `heartbeat` repeatedly meanwhile.
-    pub(crate) fn handle(
-        &mut self,
-        chunk: &PlanChunk,
-        heartbeat: &mut dyn FnMut(),
-    ) -> ChunkDecision {
+    /// Checks a chunk when the robot is due to have it. Calls `heartbeat` repeatedly meanwhile.
+    fn check(&mut self, chunk: &PlanChunk, heartbeat: &mut dyn FnMut()) -> ChunkDecision {
         self.robot.await_chunk(chunk, self.executor.checker_mut(), heartbeat);
         let watch = Stopwatch::start();
         let decision = match self.executor.check_chunk(chunk, heartbeat) {
@@ -85,13 +101,22 @@ impl ChunkHandler {
             Err(violation) => self.refuse(chunk, violation),
         };
         self.seconds += watch.seconds();
+        decision
+    }
+
+    /// Walks an accepted chunk until the robot needs the next one, or comes to rest.
+    fn execute(
+        &mut self,
+        chunk: &PlanChunk,
+        decision: &ChunkDecision,
+        heartbeat: &mut dyn FnMut(),
+    ) {
         let (robot, checker) = (&mut self.robot, self.executor.checker_mut());
-        match &decision {
+        match decision {
             ChunkDecision::Accepted(..) => robot.accept(chunk, checker, heartbeat),
             ChunkDecision::AcceptedAs(_, _, walked) => robot.accept(walked, checker, heartbeat),
             ChunkDecision::Refused { .. } => robot.come_to_rest(checker, heartbeat),
         }
-        decision
     }
 
     /// Where the robot walks in real time, walks up to now.

@@ -9,14 +9,14 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use surefoot_controller_sim::channel::plan_subscriber::PlanSubscriber;
-use surefoot_controller_sim::channel::{StatePublisher, WalkProgress};
+use surefoot_controller_sim::channel::{JOURNAL_CHUNKS, StatePublisher, WalkJournal, WalkProgress};
 use surefoot_controller_sim::execution::simulation::Simulation;
 use surefoot_controller_sim::{Checker, ChunkWalk, LateChunks};
 use surefoot_shared_types::instance::error::ChannelError;
-use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::message::{PlanChunk, WalkRecord};
 
 use crate::report::liveness;
-use crate::system::clock::Stopwatch;
+use crate::system::clock::{Stopwatch, monotonic_nanos};
 
 /// Simulated time between two ticks, s.
 const TICK_SECONDS: f64 = 0.01;
@@ -38,6 +38,7 @@ pub(crate) struct PacedWalk {
     clock: RobotTime,
     states: Option<StateTicks>,
     progress: Rc<Cell<WalkProgress>>,
+    journal: WalkJournal,
 }
 
 /// How a controller walks.
@@ -81,7 +82,21 @@ impl PacedWalk {
             clock: RobotTime::new(options.rate.unwrap_or(0.0)),
             states: options.rate.map(open).transpose()?,
             progress: subscriber.walk_progress(),
+            journal: subscriber.walk_journal()?,
         })
+    }
+
+    /// Takes over a robot that another controller moved: these are the last chunks that it
+    /// accepted, and where in them the robot was. In real time it has walked on since, as far as
+    /// the chunks allow.
+    pub(crate) fn take_over(&mut self, (chunks, walk): (&[PlanChunk], Option<&WalkRecord>)) {
+        let is_recorded = self.walk.take_over(chunks, walk);
+        if let Some(walk) = walk.filter(|_| is_recorded && self.clock.is_real) {
+            let nanos = monotonic_nanos().saturating_sub(walk.at_nanos);
+            self.walk.advance(1e-9 * nanos as f64 * self.clock.rate);
+        }
+        self.clock.begin();
+        self.note_progress();
     }
 
     /// The first error of publishing since the last call.
@@ -132,14 +147,26 @@ impl PacedWalk {
             self.clock.begin();
             self.publish(checker);
         }
-        self.walk_while(checker, heartbeat, &|walk| {
-            let ends = if walk.walk.is_finished() { 0.0 } else { walk.walk.seconds_to_brake() };
-            if ends.is_finite() { ends - walk.clock.lead() } else { ends }
-        });
+        self.note_progress();
+        self.walk_on(checker, heartbeat);
         if let Some(states) = &mut self.states {
             let refilled = states.publisher.refill();
             states.note(refilled);
         }
+    }
+
+    /// Walks until the robot needs the next chunk; after the last one of a plan, to its end.
+    fn walk_on(&mut self, checker: &mut Checker, heartbeat: &mut dyn FnMut()) {
+        self.walk_while(checker, heartbeat, &|paced| {
+            let walk = &paced.walk;
+            if walk.is_finished() {
+                return 0.0;
+            }
+            // The journal keeps all chunks that the robot has not passed.
+            let has_too_many = walk.chunks_ahead() >= JOURNAL_CHUNKS && !walk.is_at_rest();
+            let ends = if has_too_many { f64::INFINITY } else { walk.seconds_to_brake() };
+            if ends.is_finite() { ends - paced.clock.lead() } else { ends }
+        });
     }
 
     /// The robot brakes, where it moves, and stands.
@@ -198,8 +225,12 @@ impl PacedWalk {
         }
     }
 
-    /// A robot whose time stands still without a chunk counts as one that stands.
-    fn note_progress(&self) {
+    /// Records where the robot is. A robot whose time stands still without a chunk counts as one
+    /// that stands.
+    fn note_progress(&mut self) {
+        if let Some(record) = self.walk.record() {
+            self.journal.write(WalkRecord { at_nanos: monotonic_nanos(), ..record });
+        }
         let is_moving = self.clock.is_real && !self.walk.is_at_rest();
         self.progress.set(WalkProgress { is_moving, stops: self.walk.counts() });
     }

@@ -166,7 +166,7 @@ fn a_successor_starts_from_the_last_rest_state() {
         feedback: state.feedback(5, WalkProgress::default()),
         ..JournalRecord::zeroed()
     };
-    let mut next = StreamState::take_over(10, &record);
+    let mut next = StreamState::take_over(10, &record, None);
     let (before, after) =
         (state.feedback(6, WalkProgress::default()), next.feedback(1, WalkProgress::default()));
     assert_eq!(

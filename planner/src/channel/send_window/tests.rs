@@ -22,7 +22,8 @@ pub(super) fn stream(len: u64) -> Vec<PlanChunk> {
     let mut chunks: Vec<PlanChunk> = Vec::new();
     for sequence in 0..len {
         let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
-        chunks.push(PlanChunk { plan_id: 1, sequence, stream, ..PlanChunk::zeroed() });
+        let used = PlanChunk { waypoints_len: 2, ..PlanChunk::zeroed() };
+        chunks.push(PlanChunk { plan_id: 1, sequence, stream, ..used });
     }
     chunks
 }

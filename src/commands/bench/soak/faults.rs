@@ -11,7 +11,7 @@ pub(crate) struct Faults {
     pub(crate) stops: u64,
     /// Messages forged or repeated.
     pub(crate) messages: u64,
-    /// Clients interrupted.
+    /// Walks and clients interrupted.
     pub(crate) interrupts: u64,
 }
 

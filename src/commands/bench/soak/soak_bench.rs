@@ -7,7 +7,7 @@ use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::soak::faults::{Faults, Harm};
 use crate::commands::bench::soak::random::Random;
 use crate::commands::bench::soak::requests::{RequestCounts, ServingProcesses};
-use crate::commands::bench::soak::walks;
+use crate::commands::bench::soak::walks::WalkSettings;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::Stopwatch;
 use crate::system::signals;
@@ -58,10 +58,16 @@ fn walk(
         path: std::env::temp_dir(),
         reason: error.to_string(),
     })?;
-    let expected = walks::undisturbed(&arguments.scenario, folder.path())?;
+    let settings = WalkSettings {
+        scenario: &arguments.scenario,
+        motion: arguments.motion,
+        rate: arguments.rate,
+        folder: folder.path(),
+    };
+    let expected = settings.undisturbed()?;
     while report.walks < arguments.walks && may_go_on(arguments, watch)? {
         let counts = (&mut report.faults, &mut report.harm);
-        walks::walk(&arguments.scenario, folder.path(), &expected, random, counts)?;
+        settings.walk(&expected, random, counts)?;
         report.walks += 1;
     }
     Ok(())
@@ -97,7 +103,7 @@ fn text(report: &SoakReport) -> String {
         report;
     format!(
         "seed {seed}: {walks} walks and {requests} requests in {seconds:.0} s\n  \
-         faults    {} kills, {} stops, {} forged or repeated messages, {} interrupted clients\n  \
+         faults    {} kills, {} stops, {} forged or repeated messages, {} interrupted walks and clients\n  \
          harm      {} lost, {} twice, {} hung, {} left over, {} wrong ends\n  \
          requests  {} accepted, {} cancelled, {} without a plan, {} ended by a fault, slowest {:.1} s\n  \
          planner   {} KiB and {} descriptors more than after its first request",

@@ -1,11 +1,12 @@
 //! Walks whose roles are killed and stopped, and whose messages are forged and repeated.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use serde_json::Value;
+use surefoot_shared_types::config::MotionKind;
 
 use crate::commands::bench::soak::faults::{Faults, Harm};
 use crate::commands::bench::soak::forger::Forger;
@@ -27,6 +28,9 @@ const STOP_MILLIS_MAX: u64 = 120;
 /// Exit code of a walk that ended with an error.
 const ERROR_CODE: i32 = 2;
 
+/// Exit code of a walk that was interrupted.
+const INTERRUPTED_CODE: i32 = 128 + libc::SIGINT;
+
 /// The result of a walk without faults.
 #[derive(Debug, Clone)]
 pub(crate) struct Undisturbed {
@@ -34,60 +38,131 @@ pub(crate) struct Undisturbed {
     chunks: u64,
 }
 
-/// Walks a scenario without faults.
-pub(crate) fn undisturbed(scenario: &Path, folder: &Path) -> Result<Undisturbed, CommandError> {
-    let report = folder.join("report.json");
-    let mut child = start(scenario, &report, None, folder)?;
-    let code = wait(&mut child);
-    let report = read_report(&report);
-    match (code, report["chunks"]["accepted"].as_u64()) {
-        (Some(0), Some(chunks)) => Ok(Undisturbed { digest: report["digest"].clone(), chunks }),
-        _ => Err(CommandError::Usage(format!(
-            "{}: the walk without faults ends with {code:?}: {}",
-            scenario.display(),
-            error_text(folder)
-        ))),
-    }
+/// The walks of a soak.
+pub(crate) struct WalkSettings<'a> {
+    pub(crate) scenario: &'a Path,
+    pub(crate) motion: Option<MotionKind>,
+    pub(crate) rate: Option<f64>,
+    /// Where the report and the errors of each walk go.
+    pub(crate) folder: &'a Path,
 }
 
-/// One walk with faults.
-pub(crate) fn walk(
-    scenario: &Path,
-    folder: &Path,
-    expected: &Undisturbed,
-    random: &mut Random,
-    (faults, harm): (&mut Faults, &mut Harm),
-) -> Result<(), CommandError> {
-    let path = folder.join("report.json");
-    // A seed of lost and late feedback for one walk of four.
-    let disturb = (random.below(4) == 0).then(|| random.below(1000));
-    let mut child = start(scenario, &path, disturb, folder)?;
-    let name = format!("walk-{}", child.id());
-    let messages_before = faults.messages;
-    let walked = inject(&mut child, &name, random, faults);
-    let code = wait(&mut child);
-    harm.left_over += traces::left_over(&name).len() as u64;
-    let is_forged = faults.messages > messages_before;
-    let report = read_report(&path);
-    let is_error = code == Some(ERROR_CODE) && is_forged;
-    match code {
-        None => harm.hung += 1,
-        Some(0) => compare(&report, expected, walked, harm),
-        // Misplaced feet may leave no plan.
-        Some(3 | 4) if disturb.is_some() => {}
-        _ if is_error && error_text(folder).contains("answer as this instance's controller") => {}
-        _ => {
-            harm.wrong_ends += 1;
-            terminal::print_note(&format!("{name} ends with {code:?}: {}", error_text(folder)));
+/// Seeds of what a walk suffers from the beginning on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Disturbances {
+    /// Of misplaced feet, and of lost and late feedback.
+    disturb: Option<u64>,
+    /// Of late chunks.
+    late: Option<u64>,
+}
+
+impl WalkSettings<'_> {
+    /// Walks the scenario without faults.
+    pub(crate) fn undisturbed(&self) -> Result<Undisturbed, CommandError> {
+        let mut child = self.start(&Disturbances::default())?;
+        let code = wait(&mut child);
+        let report = self.read_report();
+        match (code, report["chunks"]["accepted"].as_u64()) {
+            (Some(0), Some(chunks)) => Ok(Undisturbed { digest: report["digest"].clone(), chunks }),
+            _ => Err(CommandError::Usage(format!(
+                "{}: the walk without faults ends with {code:?}: {}",
+                self.scenario.display(),
+                self.error_text()
+            ))),
         }
     }
-    Ok(())
+
+    /// One walk with faults.
+    pub(crate) fn walk(
+        &self,
+        expected: &Undisturbed,
+        random: &mut Random,
+        (faults, harm): (&mut Faults, &mut Harm),
+    ) -> Result<(), CommandError> {
+        // One walk of four has misplaced feet, another one late chunks.
+        let kind = random.below(4);
+        let seed = random.below(1000);
+        let disturbances = Disturbances {
+            disturb: (kind == 0).then_some(seed),
+            late: (kind == 1).then_some(seed),
+        };
+        let mut child = self.start(&disturbances)?;
+        let name = format!("walk-{}", child.id());
+        let before = *faults;
+        let walked = inject(&mut child, &name, random, faults);
+        let code = wait(&mut child);
+        harm.left_over += traces::left_over(&name).len() as u64;
+        let is_forged = faults.messages > before.messages;
+        let is_interrupted = faults.interrupts > before.interrupts;
+        let is_error = code == Some(ERROR_CODE) && is_forged;
+        match code {
+            None => harm.hung += 1,
+            Some(0) => {
+                let may_differ = is_forged || disturbances.disturb.is_some();
+                compare(&self.read_report(), expected, (walked, may_differ), harm);
+            }
+            // Misplaced feet may leave no plan.
+            Some(3 | 4) if disturbances.disturb.is_some() => {}
+            Some(INTERRUPTED_CODE) if is_interrupted => {}
+            _ if is_error && self.error_text().contains("answer as this instance's controller") => {
+            }
+            _ => {
+                harm.wrong_ends += 1;
+                let error = self.error_text();
+                terminal::print_note(&format!("{name} ends with {code:?}: {error}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn start(&self, disturbances: &Disturbances) -> Result<Child, CommandError> {
+        let failed = |source| CommandError::Start { role: Role::Planner, source };
+        let program = std::env::current_exe().map_err(failed)?;
+        let errors = fs::File::create(self.folder.join("errors")).map_err(failed)?;
+        // A report of the walk before must not be read.
+        let _ = fs::remove_file(self.report());
+        let mut command = Command::new(program);
+        command.arg("walk").arg(self.scenario).args(["--quiet", "--threads", "1"]);
+        command.args(["--restarts-max", "1000", "--json"]).arg(self.report());
+        let number = |number: u64| number.to_string();
+        let options = [
+            ("--motion", self.motion.map(|motion| motion.name().to_owned())),
+            ("--rate", self.rate.map(|rate| rate.to_string())),
+            ("--disturb", disturbances.disturb.map(number)),
+            ("--late", disturbances.late.map(number)),
+        ];
+        for (option, value) in options {
+            command.args(value.iter().flat_map(|value| [option, value]));
+        }
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors).spawn().map_err(failed)
+    }
+
+    fn report(&self) -> PathBuf {
+        self.folder.join("report.json")
+    }
+
+    fn read_report(&self) -> Value {
+        let bytes = fs::read(self.report()).ok();
+        bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+    }
+
+    fn error_text(&self) -> String {
+        let text = fs::read_to_string(self.folder.join("errors")).unwrap_or_default();
+        text.lines().last().unwrap_or_default().to_owned()
+    }
 }
 
-/// Compares an accepted walk with the one without faults.
-fn compare(report: &Value, expected: &Undisturbed, walked: Option<(u64, bool)>, harm: &mut Harm) {
+/// Compares an accepted walk with the one without faults. Forged messages and misplaced feet may
+/// have it planned again.
+fn compare(
+    report: &Value,
+    expected: &Undisturbed,
+    (walked, may_differ): (Option<(u64, bool)>, bool),
+    harm: &mut Harm,
+) {
     harm.lost += report["chunks"]["lost"].as_u64().unwrap_or(1);
     if report["digest"] != expected.digest || report["replans"] != 0 {
+        harm.wrong_ends += u64::from(!may_differ);
         return;
     }
     let accepted = report["chunks"]["accepted"].as_u64().unwrap_or(0);
@@ -120,13 +195,17 @@ fn inject(
             break;
         }
         let role = ["plan", "control"][random.below(2) as usize];
-        match random.below(4) {
-            0 => faults.kills += u64::from(signal(child, role, libc::SIGKILL)),
-            1 => {
+        match random.below(9) {
+            0..=2 => faults.kills += u64::from(signal(child, role, libc::SIGKILL)),
+            3 | 4 => {
                 let has_stopped = signal(child, role, libc::SIGSTOP);
                 std::thread::sleep(Duration::from_millis(random.below(STOP_MILLIS_MAX)));
                 signal(child, role, libc::SIGCONT);
                 faults.stops += u64::from(has_stopped);
+            }
+            5 if random.below(4) == 0 => {
+                let process = libc::pid_t::try_from(child.id()).unwrap_or(libc::pid_t::MAX);
+                faults.interrupts += u64::from(traces::signal(process, libc::SIGINT));
             }
             _ => {
                 let has_sent = forger.as_ref().is_some_and(|forger| forger.disturb(random));
@@ -150,26 +229,6 @@ fn is_running(child: &mut Child) -> bool {
     matches!(child.try_wait(), Ok(None))
 }
 
-fn start(
-    scenario: &Path,
-    report: &Path,
-    disturb: Option<u64>,
-    folder: &Path,
-) -> Result<Child, CommandError> {
-    let failed = |source| CommandError::Start { role: Role::Planner, source };
-    let program = std::env::current_exe().map_err(failed)?;
-    let errors = fs::File::create(folder.join("errors")).map_err(failed)?;
-    // A report of the walk before must not be read.
-    let _ = fs::remove_file(report);
-    let mut command = Command::new(program);
-    command.arg("walk").arg(scenario).args(["--quiet", "--threads", "1"]);
-    command.args(["--restarts-max", "1000", "--json"]).arg(report);
-    if let Some(seed) = disturb {
-        command.args(["--disturb", &seed.to_string()]);
-    }
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(errors).spawn().map_err(failed)
-}
-
 /// Waits for the end of a walk; returns its exit code, or kills it after [`WALK_SECONDS_MAX`].
 fn wait(child: &mut Child) -> Option<i32> {
     let watch = Stopwatch::start();
@@ -183,13 +242,4 @@ fn wait(child: &mut Child) -> Option<i32> {
         std::thread::sleep(Duration::from_millis(2));
     }
     child.wait().ok()?.code()
-}
-
-fn read_report(path: &Path) -> Value {
-    fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
-}
-
-fn error_text(folder: &Path) -> String {
-    let text = fs::read_to_string(folder.join("errors")).unwrap_or_default();
-    text.lines().last().unwrap_or_default().to_owned()
 }
