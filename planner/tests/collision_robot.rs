@@ -235,11 +235,42 @@ fn allowed_pairs_are_deterministic_and_contain_only_neighbours() {
         .filter_map(|(link, l)| l.parent.as_ref().map(|parent| (link, parent)))
     {
         let has_shapes = |link: usize| !robot.links[link].shapes.is_empty();
+        // A forearm meets its upper arm where the elbow is bent far.
+        let is_free = robot.links[link].name.ends_with("_forearm");
         if has_shapes(link) && has_shapes(attachment.parent) {
-            assert!(first.allowed_pairs().contains(&(attachment.parent, link)));
+            assert!(is_free != first.allowed_pairs().contains(&(attachment.parent, link)));
         }
     }
     assert!(first.bytes() > 1_000);
+}
+
+fn joint_index(robot: &RobotModel, name: &str) -> usize {
+    robot.joints.iter().position(|joint| joint.name == name).expect("the robot has this joint")
+}
+
+fn link_index(robot: &RobotModel, name: &str) -> usize {
+    robot.links.iter().position(|link| link.name == name).expect("the robot has this link")
+}
+
+#[test]
+fn links_beside_a_joint_collide_where_it_is_bent_far() {
+    let robot = hubo();
+    let model = CollisionModel::new(&robot, &world(&[]), CLEARANCE).unwrap();
+    let elbow = joint_index(&robot, "left_elbow");
+    let mut q = robot.standing_q.clone();
+    q[elbow] = robot.joints[elbow].lower;
+    let poses = poses_at(&robot, &Pose::IDENTITY, &q);
+    let [a, b] = ["left_upper_arm", "left_forearm"].map(|name| link_index(&robot, name));
+    assert_eq!(model.self_hit(&state_of(&robot, &poses)), Some(Hit::SelfPair { a, b }));
+}
+
+#[test]
+fn links_that_overlap_where_the_robot_stands_may_touch() {
+    let mut robot = hubo();
+    let elbow = joint_index(&robot, "left_elbow");
+    robot.standing_q[elbow] = robot.joints[elbow].lower;
+    let model = CollisionModel::new(&robot, &world(&[]), CLEARANCE).unwrap();
+    assert_eq!(model.self_hit(&state_of(&robot, &standing(&robot))), None);
 }
 
 /// The robot with a joint locked at a position.

@@ -65,3 +65,27 @@ def test_a_search_without_a_plan_is_recorded(robot: surefoot.Robot, tmp_path: Pa
     recording = tmp_path / "search.rrd"
     view_module(found.value, save=recording, world=far.world)  # type: ignore[operator]
     assert "/outcome" in entities(recording) and "/world/" in entities(recording)
+
+
+def test_a_viewer_without_a_window_shows_the_walk(plan: surefoot.Plan, tmp_path: Path) -> None:
+    client = pytest.importorskip("rerun.experimental").ViewerClient
+    if not adapters():
+        pytest.skip("no Vulkan driver; mesa-vulkan-drivers has one")
+    path = tmp_path / "walk.rrd"
+    view(plan, save=path, rate_hz=5.0)
+    program = str(Path(sys.executable).with_name("rerun"))
+    with client.spawn(headless=True, port=9951, executable_path=program) as viewer:
+        viewer.open(str(path))
+        viewer.set_time("plan_time", duration=plan.duration / 2, play_state="paused")
+        (recording,) = viewer.get_state().recordings
+        (line,) = [one for one in recording.timelines if one.name == "plan_time"]
+        assert (line.start, line.end) == (0, round(1e9 * plan.duration))
+        assert {one.name for one in viewer.get_state().views} >= {"walk", "torques, N m"}
+        picture = viewer.take_screenshot()
+    assert picture.startswith(b"\x89PNG") and len(picture) > 50_000
+
+
+def adapters() -> list[Path]:
+    """The Vulkan drivers of this machine."""
+    folders = [Path("/usr/share/vulkan/icd.d"), Path("/etc/vulkan/icd.d")]
+    return [file for folder in folders for file in folder.glob("*.json")]

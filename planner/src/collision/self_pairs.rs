@@ -74,11 +74,13 @@ impl SelfPairs {
             for b in a + 1..bodies.len() {
                 let links = [bodies[a].link, bodies[b].link];
                 let joints = joints_between(&unlocked.links, links);
-                let touches_at_zero =
-                    || joints <= NEIGHBOR_JOINTS_MAX && survey.touches_at_zero(bodies, [a, b]);
-                if joints <= 1
-                    || survey.hits(bodies, [a, b]) >= COLLIDING_SAMPLES_MIN
-                    || touches_at_zero()
+                let is_near = joints <= NEIGHBOR_JOINTS_MAX;
+                let hits = survey.hits(bodies, [a, b]);
+                if joints == 0
+                    || joints == 1 && hits == 0
+                    || hits >= COLLIDING_SAMPLES_MIN
+                    || is_near && survey.touches_at_zero(bodies, [a, b])
+                    || is_near && survey.touches_standing(&bodies[a], &bodies[b])
                 {
                     pairs.allowed.push((links[0].min(links[1]), links[0].max(links[1])));
                     continue;

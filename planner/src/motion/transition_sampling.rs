@@ -122,7 +122,8 @@ impl TransitionSampling {
         let lift_off = if transition_configuration::is_unbounded(attempt) {
             let mut random =
                 Random::new(seed, Stream::Transition, u64::from(self.id) | 1 << 40, attempt);
-            LiftOff::aside(&state, &mut random)
+            let sole = self.mode.swing().map(|limb| &constraints.robot.soles[limb]);
+            LiftOff::aside(&state, &mut random, sole.map_or(&[], |sole| &sole.polygon))
         } else {
             LiftOff::new(&state)
         };

@@ -231,6 +231,8 @@ def _log_margins(rerun: Any, margins: Margins) -> None:
 def _log_series(
     rerun: Any, entity: str, times: NDArray[np.float64], numbers: NDArray[np.float64]
 ) -> None:
+    if not len(times):
+        return  # An empty series would stretch the timeline over all times.
     rerun.send_columns(
         entity,
         indexes=[rerun.TimeColumn(TIMELINE, duration=times)],

@@ -24,6 +24,8 @@ use crate::robot_draft::standing_posture::{DraftLeg, StandingPosture, StandingSe
 
 /// Least and most moving joints of a leg that a walk can be planned for.
 const LEG_JOINTS: [usize; 2] = [6, 8];
+/// Shapes of an ankle that reach down to less than this above the sole are a foot's, m.
+const FOOT_SHAPE_ABOVE_MAX: f64 = 0.005;
 /// Positions are written with this many parts of a rad or m.
 const POSITION_PARTS: f64 = 1e5;
 
@@ -270,13 +272,39 @@ impl DraftParts<'_> {
     }
 
     fn visual_shapes(&self, legs: &[DraftLeg; 2]) -> Vec<Noted<()>> {
-        let nodes = legs.iter().flat_map(|leg| self.shapes.visual_nodes(self.skeleton, leg.body));
-        let noted = |node: NodeIndex| Noted {
+        let noted = |node: NodeIndex, source: &str| Noted {
             name: self.skeleton.link_name(node).to_owned(),
             value: (),
-            source: "the foot has no <collision>".to_owned(),
+            source: source.to_owned(),
         };
-        nodes.map(noted).collect()
+        let feet = legs.iter().flat_map(|leg| self.shapes.visual_nodes(self.skeleton, leg.body));
+        let ankles = legs.iter().flat_map(|leg| self.ankles_in_place_of(leg));
+        feet.map(|node| noted(node, "the foot has no <collision>"))
+            .chain(ankles.map(|node| noted(node, "its <collision> has the place of the foot's")))
+            .collect()
+    }
+
+    /// The links above a foot without collision shapes whose own reach down to its sole: they hold
+    /// the shapes of the foot.
+    fn ankles_in_place_of(&self, leg: &DraftLeg) -> Vec<NodeIndex> {
+        let is_bare = !self.shapes.visual_nodes(self.skeleton, leg.body).is_empty();
+        let above = leg.chain.last().and_then(|node| self.skeleton.nodes[*node].parent);
+        let Some(body) = above.filter(|_| is_bare).map(|node| self.skeleton.body(node)) else {
+            return Vec::new();
+        };
+        let poses = self.skeleton.poses(&vec![0.0; self.skeleton.nodes.len()]);
+        let sole_from_body = (poses[leg.body] * leg.body_from_sole).inverse() * poses[body];
+        let down = sole_from_body.rotation.inverse() * DVec3::NEG_Z;
+        let depth = self.shapes.surface(self.skeleton, body).extent(down);
+        if sole_from_body.translation.z - depth > FOOT_SHAPE_ABOVE_MAX {
+            return Vec::new();
+        }
+        let mut nodes = self.skeleton.body_nodes(body);
+        nodes.retain(|node| {
+            let link = &self.urdf().links[self.skeleton.nodes[*node].urdf_link];
+            !self.shapes.collision[*node].is_empty() && !link.visuals.is_empty()
+        });
+        nodes
     }
 
     /// The joints that move in a plan.

@@ -9,6 +9,7 @@ use glam::DVec3;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::geometry::convex_hull::polygon_area;
+use crate::geometry::shape::Shape;
 use crate::robot::load::robot_from_text;
 use crate::robot::model::RobotModel;
 use crate::robot_draft::text::robot_file;
@@ -182,6 +183,25 @@ fn a_foot_without_collision_shape_stands_on_its_looks() {
     assert_eq!(names, ["left_foot", "right_foot"]);
     assert!(draft.feet[0].source.contains("looks"), "{}", draft.feet[0].source);
     assert!(model.feet.iter().all(|foot| !model.links[foot.link].shapes.is_empty()));
+}
+
+#[test]
+fn an_ankle_with_the_collision_shape_of_its_foot_is_taken_by_its_looks() {
+    let sphere = "<sphere radius=\"0.045\"/>";
+    let foot = "<origin xyz=\"0.02 0 -0.1\"/>\n      <geometry><box size=\"0.22 0.14 0.04\"/>";
+    let urdf = changed(&hubo(), "<link name=\"right_foot\"", "</link>", |link| {
+        link.replace("collision>", "visual>")
+    });
+    let urdf = changed(&urdf, "<link name=\"right_ankle\"", "</link>", |link| {
+        let look = format!("<visual><geometry>{sphere}</geometry></visual></link>");
+        let shape = format!("<origin xyz=\"0 0 0\"/>\n      <geometry>{sphere}");
+        replaced(&replaced(link, &shape, foot), "</link>", &look)
+    });
+    let (draft, model) = drafted(&urdf);
+    let names: Vec<&str> = draft.visual_shapes.iter().map(|link| link.name.as_str()).collect();
+    assert_eq!(names, ["right_foot", "right_ankle"]);
+    let ankle = model.links.iter().find(|link| link.name == "right_ankle").unwrap();
+    assert!(matches!(ankle.shapes[0].shape, Shape::Sphere { .. }));
 }
 
 /// A heel behind the left foot, and one behind the right foot.
