@@ -13,7 +13,8 @@ use crate::timing::limits::Level;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::tuning::{
-    ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_RESERVE, ZERO_MOMENT_RESERVE_PARTIAL, ZERO_MOMENT_SHIFT_MIN,
+    ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_RESERVE,
+    ZERO_MOMENT_RESERVE_PARTIAL, ZERO_MOMENT_SHIFT_MIN,
 };
 
 /// The part of the ground on which the zero-moment point stays.
@@ -38,7 +39,10 @@ impl ZeroMomentRegion {
             Level::Full | Level::NarrowSole => 1.0,
             Level::Bare | Level::Unsupported => ZERO_MOMENT_BARE_SHARE,
         };
-        Self { ground: Ground::under(contacts), margin: checked + share * reserve + extra }
+        let ground = Ground::under(contacts);
+        let depth = ground.region.margin(ground.region.centroid()).max(0.0);
+        let reserve = reserve.min(ZERO_MOMENT_DEPTH_SHARE * depth);
+        Self { ground, margin: checked + share * reserve + extra }
     }
 
     /// Keeps the rates whose zero-moment point is inside.
