@@ -8,21 +8,21 @@ pub(crate) const COP_WIDTH_SHARE: f64 = 0.12;
 /// The same where a configuration cannot stand otherwise, m.
 pub(crate) const RELAXED_COP_MARGIN: f64 = 0.004;
 /// The part of the efforts that the controller allows on which a motion relies.
-pub(crate) const CHECKED_EFFORT_PART: f64 = 0.99;
+pub(crate) const CHECKED_EFFORT_PART: f64 = 0.998;
 /// Distance (m) beyond the controller's margin by which the zero-moment point stays inside. The
 /// controller's support may be smaller than the planner's.
 pub(crate) const ZERO_MOMENT_RESERVE: f64 = 4e-3;
 /// The same where a sole is supported in part, m.
-pub(crate) const ZERO_MOMENT_RESERVE_PARTIAL: f64 = 13e-3;
+pub(crate) const ZERO_MOMENT_RESERVE_PARTIAL: f64 = 20e-3;
 /// The most of it as a share of the distance of the region's centroid to its edge.
 pub(crate) const ZERO_MOMENT_DEPTH_SHARE: f64 = 0.2;
 /// The part of the area of a sole below which it is supported in part.
 pub(crate) const WHOLE_SUPPORT: f64 = 0.97;
 /// The share of that distance that is kept where a configuration cannot stand otherwise.
-pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.75;
+pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.5;
 /// Distance (m) by which a motion may move the zero-moment point of any configuration: it is so
 /// slow that the controller decides by the configuration alone.
-pub(crate) const ZERO_MOMENT_SHIFT_MIN: f64 = 5e-4;
+pub(crate) const ZERO_MOMENT_SHIFT_MIN: f64 = 1e-3;
 /// The part of the limits for which rates are computed. The rest covers what lies between two
 /// points of the path; motions are checked against the whole limits.
 pub(crate) const LIMITS_PART: f64 = 0.985;
