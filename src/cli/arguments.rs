@@ -387,8 +387,8 @@ pub struct SampleArguments {
 /// `surefoot prepare`.
 #[derive(Debug, Args)]
 pub struct PrepareArguments {
-    /// The robot
-    #[arg(value_name = "ROBOT.toml")]
+    /// The robot file, its folder, or the name of a robot that the program carries
+    #[arg(value_name = "ROBOT.toml|DIR|NAME")]
     pub robot: PathBuf,
     /// Show no progress, only the summary
     #[arg(long)]

@@ -37,8 +37,9 @@ pub struct Feet(pub [String; 2]);
 /// `surefoot robot inspect`.
 #[derive(Debug, Args)]
 pub struct RobotInspectArguments {
-    /// The robot file, its folder, or a URDF that has none yet
-    #[arg(value_name = "ROBOT.toml|DIR|ROBOT.urdf")]
+    /// The robot file, its folder, a URDF that has none yet, or the name of a robot that the
+    /// program carries
+    #[arg(value_name = "ROBOT.toml|DIR|ROBOT.urdf|NAME")]
     pub robot: PathBuf,
     /// Draw the standing robot with its soles
     #[arg(long, value_name = "OUT.png")]

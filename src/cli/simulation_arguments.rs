@@ -12,8 +12,8 @@ const RATE_MAX: f64 = 1e6;
 /// How the simulated robot walks.
 #[derive(Debug, Clone, Args)]
 pub struct SimulationArguments {
-    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
-    /// by name
+    /// The actual world in which the robot walks, if it is not the scenario's: a file, or the name
+    /// of a world that the program carries; shapes are matched by name
     #[arg(long, alias = "truth", value_name = "WORLD")]
     pub ground_truth: Option<PathBuf>,
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and

@@ -27,6 +27,7 @@ use crate::commands::control::paced_walk::{PacedWalk, WalkOptions};
 use crate::commands::session::prepare_process;
 use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
+use crate::input::shipped::world_path;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{CheckSummary, Refusal, RoleEvent};
 use crate::report::liveness;
@@ -225,7 +226,7 @@ fn actual_world(
     known_world: World,
 ) -> Result<(Option<GroundTruth>, World), CommandError> {
     let Some(path) = &arguments.simulation.ground_truth else { return Ok((None, known_world)) };
-    let world = load_world(path)?;
+    let world = load_world(&world_path(path)?)?;
     let ground_truth =
         GroundTruth::new(model, &known_world, &world).map_err(CheckerError::Shape)?;
     Ok((Some(ground_truth), world))

@@ -7,6 +7,7 @@ use surefoot_shared_types::robot::load::load_robot;
 
 use crate::cli::arguments::PrepareArguments;
 use crate::input::preparation_cache::{Origin, Prepared, obtain};
+use crate::input::shipped::robot_path;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::size::mib;
 use crate::system::terminal;
@@ -16,7 +17,7 @@ use crate::system::terminal;
 /// # Errors
 /// The robot cannot be used.
 pub fn run(arguments: &PrepareArguments) -> Result<CommandOutcome, CommandError> {
-    let model = load_robot(&arguments.robot)?;
+    let model = load_robot(&robot_path(&arguments.robot)?)?;
     let prepared = obtain(&model, &PlannerConfig::default(), arguments.quiet)?;
     terminal::print_result(&summary(&model.name, &prepared));
     Ok(CommandOutcome::Done)

@@ -13,6 +13,7 @@ use crate::commands::walk::role_commands::RoleCommands;
 use crate::commands::walk::role_files::{RoleFiles, plan_folder};
 use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
+use crate::input::shipped::world_path;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::RoleEvent;
 use crate::report::progress::Progress;
@@ -33,7 +34,7 @@ pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
         output_files::check_other(executed, &arguments.outputs, &inputs)?;
     }
     if let Some(ground_truth) = &simulation.ground_truth {
-        load_world(ground_truth)?;
+        load_world(&world_path(ground_truth)?)?;
     }
     inputs.preparation(arguments.outputs.quiet)?;
     let mut report = Report::new(inputs.names(), arguments.search.threads());

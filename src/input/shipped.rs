@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use surefoot_shared_types::InputError;
+use surefoot_shared_types::robot_draft::text::ROBOT_FILE;
 
 use crate::input::cache_file;
 use crate::input::cache_folder::{NO_CACHE_FOLDER, cache_folder};
@@ -78,6 +79,27 @@ pub fn bytes_of(path: &str) -> Option<&'static [u8]> {
 /// There is neither, or the shipped files cannot be written to the cache folder.
 pub fn scenario_path(argument: &Path) -> Result<PathBuf, InputError> {
     input_path(ShippedKind::Scenario, argument)
+}
+
+/// The robot file that an argument means: the argument itself, the one in the folder of that name,
+/// or a shipped robot's.
+///
+/// # Errors
+/// As [`scenario_path`].
+pub fn robot_path(argument: &Path) -> Result<PathBuf, InputError> {
+    let in_folder = argument.join(ROBOT_FILE);
+    if in_folder.is_file() {
+        return Ok(in_folder);
+    }
+    input_path(ShippedKind::Robot, argument)
+}
+
+/// The world file that an argument means: the argument itself, or a shipped world's.
+///
+/// # Errors
+/// As [`scenario_path`].
+pub fn world_path(argument: &Path) -> Result<PathBuf, InputError> {
+    input_path(ShippedKind::World, argument)
 }
 
 /// As [`scenario_path`], for an input of any kind.

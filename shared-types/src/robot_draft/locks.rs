@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::base::limits::JOINTS_MAX;
 use crate::robot::model::JointKind;
+use crate::robot::urdf_joint::JointType;
 use crate::robot_draft::foot_search::MirroredPair;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
@@ -114,9 +115,13 @@ fn lock_unusable(skeleton: &Skeleton, feet: &MirroredPair, limbs: &mut Limbs) {
         if feet.chains.iter().flatten().any(|leg| *leg == node) {
             continue;
         }
-        let has_limit = skeleton.urdf_joint(node).is_some_and(|joint| joint.limit.is_some());
-        let reason = if !has_limit {
+        let stated = skeleton.urdf_joint(node);
+        let limit = stated.and_then(|joint| joint.limit.as_ref());
+        let turns_freely = stated.is_some_and(|joint| joint.joint_type == JointType::Continuous);
+        let reason = if limit.is_none() {
             "the URDF states no <limit>"
+        } else if !turns_freely && limit.is_some_and(|limit| limit.range.is_none()) {
+            "its <limit> states no range"
         } else if joint.lower >= joint.upper {
             "its limits leave no range of motion"
         } else if body_mass(skeleton, node) <= 0.0 {

@@ -293,6 +293,16 @@ fn fingers_and_heads_are_locked_and_mimics_go_with_them() {
 }
 
 #[test]
+fn a_joint_of_the_trunk_without_a_range_is_locked() {
+    let urdf = changed(&hubo(), "<joint name=\"waist_yaw\"", "</joint>", |joint| {
+        replaced(joint, "lower=\"-2\" upper=\"2\" ", "")
+    });
+    let (draft, _) = drafted(&urdf);
+    assert_eq!(draft.locked[0].name, "waist_yaw");
+    assert_eq!(draft.locked[0].source, "its <limit> states no range");
+}
+
+#[test]
 fn named_feet_are_taken_or_asked_about() {
     let published = Published::new(&hubo());
     let draft = |left: &str, right: &str| {

@@ -15,6 +15,7 @@ use crate::cli::robot_arguments::RobotInspectArguments;
 use crate::commands::robot::inspect_text::{json, text};
 use crate::commands::robot::trial::level_ground;
 use crate::input::output_files;
+use crate::input::shipped::robot_path;
 use crate::picture::PictureScene;
 use crate::picture::render::render;
 use crate::report::command_error::{CommandError, CommandOutcome};
@@ -38,9 +39,10 @@ pub fn run(arguments: &RobotInspectArguments) -> Result<CommandOutcome, CommandE
     Ok(CommandOutcome::Done)
 }
 
-/// The robot of a robot file, of a folder that holds one, or of a URDF alone.
+/// The robot of a robot file, of a folder that holds one, of a URDF alone, or of a shipped robot's
+/// name.
 fn load(path: &Path) -> Result<RobotModel, CommandError> {
-    let path = if path.is_dir() { path.join(ROBOT_FILE) } else { path.to_owned() };
+    let path = robot_path(path)?;
     let is_urdf = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("urdf"));
     if !is_urdf {
         return Ok(load_robot(&path)?);

@@ -8,6 +8,7 @@ use std::process::{Command, Stdio};
 use crate::cli::arguments::WalkArguments;
 use crate::commands::walk::role_files::RoleFiles;
 use crate::input::inputs::Inputs;
+use crate::input::shipped::world_path;
 use crate::report::command_error::CommandError;
 use crate::report::role::Role;
 use crate::system::cores::cores_of_roles;
@@ -43,8 +44,9 @@ impl RoleCommands<'_> {
         let core = cores_of_roles(self.arguments.search.threads()).1;
         let mut command = self.command("control", role, core)?;
         let simulation = &self.arguments.simulation;
+        let world = simulation.ground_truth.as_deref().map(world_path).transpose()?;
         let files =
-            [("--ground-truth", &simulation.ground_truth), ("--executed", &simulation.executed)];
+            [("--ground-truth", world.as_deref()), ("--executed", simulation.executed.as_deref())];
         for (option, path) in files {
             let Some(path) = path else { continue };
             let path =
