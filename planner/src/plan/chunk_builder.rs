@@ -170,8 +170,8 @@ impl ChunkBuilder {
     }
 
     /// Appends the motion of an executed chunk in reverse: from `end` through `before`, the
-    /// waypoints before it, the last one first. With `rests` it rests at every waypoint, as a plan that
-    /// consists of polynomials states it.
+    /// waypoints before it, the last one first. With `rests` it rests at every waypoint, as a plan
+    /// that consists of polynomials states it.
     ///
     /// # Errors
     /// The arena is full.
