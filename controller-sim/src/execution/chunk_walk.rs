@@ -85,6 +85,16 @@ impl ChunkWalk {
         })
     }
 
+    /// The clock of the plan in execution, if there is one.
+    pub fn clock(&self) -> Option<&PlanClock> {
+        self.clock.as_ref()
+    }
+
+    /// The accepted chunks of that plan that the robot has not passed; with a record, all of them.
+    pub fn chunks(&self) -> &VecDeque<PlanChunk> {
+        &self.chunks
+    }
+
     /// Number of accepted chunks that the robot has not passed.
     pub fn chunks_ahead(&self) -> usize {
         let now = self.clock.as_ref().map_or(0.0, |clock| clock.now().time);

@@ -10,7 +10,7 @@ use surefoot_shared_types::message::{PlanChunk, SupportMode};
 /// The schedule of all feet while `chunk` is played, from the accepted `chunks` of its plan.
 pub(crate) fn schedule(
     chunk: &PlanChunk,
-    chunks: &VecDeque<Box<PlanChunk>>,
+    chunks: &VecDeque<PlanChunk>,
 ) -> [FootSchedule; CONTACTS_MAX] {
     let later = || chunks.iter().filter(|other| other.sequence > chunk.sequence);
     let mut feet = [FootSchedule::zeroed(); CONTACTS_MAX];
@@ -20,7 +20,7 @@ pub(crate) fn schedule(
         let changes_at = change.and_then(|other| other.waypoints().first());
         (foot.in_contact, foot.changes_at) =
             (u64::from(carries), changes_at.map_or(-1.0, |first| first.time));
-        let stance = if carries { Some(chunk) } else { change.map(|other| &**other) };
+        let stance = if carries { Some(chunk) } else { change };
         let contact = stance.and_then(|chunk| {
             chunk.contacts().iter().find(|contact| contact.limb as usize == limb)
         });

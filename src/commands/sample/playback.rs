@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use bytemuck::Zeroable;
-use surefoot_controller_sim::{Pace, PlanClock, PlanInstant};
+use surefoot_controller_sim::{ChunkWalk, Pace, PlanInstant};
 use surefoot_shared_types::message::ramp::PlanTime;
 use surefoot_shared_types::message::set_point::{
     FLAG_FINISHED, FLAG_MISSED, FLAG_STARVED, SET_POINT_SCHEMA,
@@ -42,9 +42,7 @@ pub(crate) struct Playback {
 /// The plan that is played.
 struct CurrentPlan {
     key: PlanKey,
-    clock: PlanClock,
-    /// Its chunks from the played one on.
-    chunks: VecDeque<Box<PlanChunk>>,
+    walk: ChunkWalk,
 }
 
 /// What a playback has done.
@@ -101,13 +99,12 @@ impl Playback {
     pub(crate) fn advance(&mut self, sampler_id: u64, seconds: f64) -> Option<SetPoint> {
         self.take_upcoming();
         let current = self.current.as_mut()?;
-        current.clock.advance(seconds);
-        let instant = current.clock.now();
-        current.drop_played(instant.time);
+        current.walk.advance(seconds);
+        let clock = current.walk.clock()?;
         let mut flags = 0;
-        if current.clock.is_finished() {
+        if clock.is_finished() {
             flags |= FLAG_FINISHED;
-        } else if matches!(current.clock.pace(), Pace::Braking(..) | Pace::AtRest(_)) {
+        } else if matches!(clock.pace(), Pace::Braking(..) | Pace::AtRest(_)) {
             flags |= FLAG_STARVED;
             self.starved_ticks += 1;
         }
@@ -115,14 +112,15 @@ impl Playback {
             flags |= FLAG_MISSED;
         }
         self.ticks += 1;
-        let point = current.set_point(instant)?;
+        let point = current.set_point()?;
         Some(SetPoint { sampler_id, tick: self.ticks, flags, ..point })
     }
 
     /// Calls `announce` with each chunk that was accepted since the last call, and the seconds
     /// until it begins if the robot does not stop before.
     pub(crate) fn take_announced(&mut self, announce: &mut dyn FnMut(&PlanChunk, f64)) {
-        let now = self.current.as_ref().map_or(0.0, |current| current.clock.now().time);
+        let clock = self.current.as_ref().and_then(|current| current.walk.clock());
+        let now = clock.map_or(0.0, |clock| clock.now().time);
         for chunk in self.upcoming.iter().skip(self.announced) {
             let begin = chunk.waypoints().first().map_or(now, |first| first.time);
             announce(chunk, begin - now);
@@ -132,7 +130,8 @@ impl Playback {
 
     /// Whether all accepted chunks are played.
     pub(crate) fn is_idle(&self) -> bool {
-        self.upcoming.is_empty() && self.current.as_ref().is_none_or(CurrentPlan::is_at_rest)
+        self.upcoming.is_empty()
+            && self.current.as_ref().is_none_or(|current| current.walk.is_at_rest())
     }
 
     /// What the playback has done.
@@ -147,7 +146,7 @@ impl Playback {
             let key = (chunk.plan_id, chunk.epoch);
             match &mut self.current {
                 Some(current) if current.key == key => {}
-                Some(current) if !current.is_at_rest() => return,
+                Some(current) if !current.walk.is_at_rest() => return,
                 current => {
                     let begin = &chunk.waypoints()[0];
                     let held = current.as_ref().and_then(CurrentPlan::held);
@@ -156,14 +155,12 @@ impl Playback {
                         self.pop_upcoming();
                         continue;
                     }
-                    let clock = PlanClock::new(begin.time);
-                    *current = Some(CurrentPlan { key, clock, chunks: VecDeque::new() });
+                    *current = Some(CurrentPlan { key, walk: ChunkWalk::default() });
                 }
             }
             let chunk = self.pop_upcoming();
             let (Some(current), Some(chunk)) = (&mut self.current, chunk) else { return };
-            current.clock.accept(&chunk);
-            current.chunks.push_back(chunk);
+            current.walk.accept(&chunk);
         }
     }
 
@@ -174,28 +171,17 @@ impl Playback {
 }
 
 impl CurrentPlan {
-    /// Whether the robot stands.
-    fn is_at_rest(&self) -> bool {
-        self.clock.is_finished() || matches!(self.clock.pace(), Pace::AtRest(_))
-    }
-
-    /// Where the robot stands.
+    /// Where the robot is.
     fn held(&self) -> Option<Waypoint> {
-        self.set_point(self.clock.now()).map(|point| point.waypoint)
+        self.set_point().map(|point| point.waypoint)
     }
 
-    /// Drops the chunks that end before a plan time, except the last one.
-    fn drop_played(&mut self, time: f64) {
-        while self.chunks.len() > 1 && last_time(&self.chunks[0]) <= time {
-            self.chunks.pop_front();
-        }
-    }
-
-    /// The set-point at an instant, without the sampler's own fields.
-    fn set_point(&self, instant: PlanInstant) -> Option<SetPoint> {
-        let PlanInstant { time, rate, rate_change } = instant;
-        let played = self.chunks.iter().find(|chunk| last_time(chunk) > time);
-        let chunk = played.or(self.chunks.back())?;
+    /// The set-point of this instant, without the sampler's own fields.
+    fn set_point(&self) -> Option<SetPoint> {
+        let PlanInstant { time, rate, rate_change } = self.walk.clock()?.now();
+        let chunks = self.walk.chunks();
+        let played = chunks.iter().find(|chunk| last_time(chunk) > time);
+        let chunk = played.or(chunks.back())?;
         let interpolation = Interpolation::from_wire(chunk.interpolation)?;
         let planned = interpolation.sample(chunk.waypoints(), time);
         let waypoint = PlanTime { elapsed: time, rate, rate_change }.apply(&planned);
@@ -208,7 +194,7 @@ impl CurrentPlan {
             mode: chunk.mode,
             rate,
             waypoint,
-            feet: foot_schedule::schedule(chunk, &self.chunks),
+            feet: foot_schedule::schedule(chunk, chunks),
             ..SetPoint::zeroed()
         })
     }
