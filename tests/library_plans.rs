@@ -4,9 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use surefoot::{
-    Checker, Goal, HeightMap, Parameters, Plan, Planner, Pose, Prepared, Robot, Shape, Stance,
-    World,
+    Checker, Goal, HeightMap, MotionKind, Parameters, Plan, PlanChunk, Planner, Pose, Prepared,
+    Robot, Shape, Stance, World,
 };
 
 const START: Stance = Stance::at(0.0, 0.0, 0.0);
@@ -33,8 +34,13 @@ fn cache() -> PathBuf {
 }
 
 fn plan(robot: &Robot, world: &World) -> Plan {
-    let prepared = Prepared::in_folder(robot, &Parameters::default(), cache()).unwrap();
-    Planner::builder(&prepared, world).build().unwrap().plan(START, GOAL).unwrap()
+    plan_with(robot, world, &Parameters::default())
+}
+
+fn plan_with(robot: &Robot, world: &World, parameters: &Parameters) -> Plan {
+    let prepared = Prepared::in_folder(robot, parameters, cache()).unwrap();
+    let builder = Planner::builder(&prepared, world).parameters(parameters.clone());
+    builder.build().unwrap().plan(START, GOAL).unwrap()
 }
 
 #[test]
@@ -99,6 +105,40 @@ fn a_plan_is_checked_as_an_answer_to_a_task() {
         .unwrap();
     let checker = Checker::new(&robot, &low, &Parameters::default()).unwrap();
     assert!(checker.answer(&plan, START, GOAL).unwrap().violations().next().is_some());
+}
+
+#[test]
+fn the_loads_of_a_smooth_plan_move_the_robot_as_planned() {
+    let (robot, world) = (robot(), ground());
+    let mut parameters = Parameters::default();
+    parameters.execution.motion = MotionKind::Smooth;
+    let plan = plan_with(&robot, &world, &parameters);
+    let mut checker = Checker::new(&robot, &world, &parameters).unwrap();
+    let (mass, step) = (robot.mass(), 1e-3);
+    let (mut moves, mut compared) = (0.0_f64, 0);
+    let smooth = plan.chunks().iter().filter(|chunk| chunk.is_smooth());
+    for waypoint in smooth.flat_map(PlanChunk::waypoints) {
+        let load = checker.load(&plan, waypoint.time);
+        let force: DVec3 = load.feet.iter().map(|foot| DVec3::from(foot.force)).sum();
+        if waypoint.time < step || waypoint.time > plan.duration() - step {
+            continue;
+        }
+        let [before, here, after] = [-step, 0.0, step]
+            .map(|later| DVec3::from(checker.load(&plan, waypoint.time + later).centre_of_mass));
+        let acceleration = (after - 2.0 * here + before) / (step * step);
+        let wanted = mass * (acceleration + 9.81 * DVec3::Z);
+        assert!(force.distance(wanted) < 0.02 * mass, "{force} {wanted} at {} s", load.time);
+        moves = moves.max(acceleration.length());
+        // On one foot the wrench is given, and with it the torques: those that the planner found.
+        if load.feet.len() == 1 {
+            let planned = plan.sample(waypoint.time).torque;
+            let off = planned.iter().zip(&load.torques).map(|(a, b)| (a - b).abs());
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 1e-3, "{off} N m at {} s", load.time);
+            compared += 1;
+        }
+    }
+    assert!(moves > 0.3 && compared > 50, "{moves} {compared}");
 }
 
 #[test]

@@ -1,15 +1,11 @@
 //! A reader of an instance behind a pointer.
 
 use std::ffi::{CStr, CString, c_char, c_int};
-use std::time::Duration;
+use std::time::Instant;
 
-use surefoot_shared_types::instance::error::InstanceError;
 use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::instance::{ChannelError, Instance};
 use surefoot_shared_types::message::{Description, Feedback, PlanChunk, SetPoint, SimulationState};
-
-/// Time between two attempts to find an instance.
-const ATTACH_INTERVAL: Duration = Duration::from_millis(2);
 
 /// A reader of all messages of an instance.
 pub struct Reader {
@@ -20,16 +16,9 @@ pub struct Reader {
 
 /// Attaches to an instance, which may appear within `wait_seconds`.
 fn open(name: &str, wait_seconds: f64) -> Result<Observer, ChannelError> {
-    let attempts = (wait_seconds.max(0.0) / ATTACH_INTERVAL.as_secs_f64()) as u64;
-    let mut attempt = 0;
-    loop {
-        match Instance::attach(name) {
-            Err(InstanceError::Missing { .. }) if attempt < attempts => {}
-            attached => return Observer::open(&attached?),
-        }
-        attempt += 1;
-        std::thread::sleep(ATTACH_INTERVAL);
-    }
+    let start = now();
+    let mut may_wait = || start.elapsed().as_secs_f64() < wait_seconds;
+    Observer::open(&Instance::attach_once_made(name, &mut may_wait)?)
 }
 
 /// Copies a text with its zero byte into `size` bytes at `out`, and cuts it if need be.
@@ -209,4 +198,9 @@ pub unsafe extern "C" fn surefoot_reader_is_attended(reader: *const Reader) -> c
 pub unsafe extern "C" fn surefoot_reader_error(reader: *const Reader) -> *const c_char {
     // SAFETY: as the caller promises.
     unsafe { &*reader }.error.as_ptr()
+}
+
+#[allow(clippy::disallowed_methods, reason = "a reader may wait; the search may not")]
+fn now() -> Instant {
+    Instant::now()
 }

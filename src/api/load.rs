@@ -1,14 +1,14 @@
 //! The loads on the robot along a plan.
 
 use surefoot_controller_sim::execution::simulation::Simulation;
-use surefoot_shared_types::message::SimulationState;
-use surefoot_shared_types::message::simulation_state::FootForce;
+use surefoot_controller_sim::statics::{self, ContactLoad};
 
 use crate::api::checker::Checker;
 use crate::api::plan::{Foot, Plan};
 
 /// The forces on the robot at an instant of a plan, as the controller's simulation computes them:
-/// contact forces of least squares within the friction pyramids.
+/// contact forces of least squares within the friction pyramids, of a smooth plan by inverse
+/// dynamics.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load {
     /// Time since the beginning of the plan, s.
@@ -36,6 +36,9 @@ pub struct FootLoad {
     pub force: [f64; 3],
     /// Centre of pressure in the world frame, m.
     pub centre: [f64; 3],
+    /// Moment about the centre of pressure in the world frame, N m: with `force` and `centre` the
+    /// whole wrench.
+    pub moment: [f64; 3],
 }
 
 impl Checker {
@@ -46,28 +49,43 @@ impl Checker {
         let mut loads = vec![];
         for chunk in plan.chunks() {
             let joints = chunk.joints_len as usize;
-            simulation.execute(self.segment_checker(), chunk, &mut |state| {
-                loads.push(Load::new(state, joints));
-            });
+            for time in simulation.instants(chunk) {
+                let (waypoint, load) = simulation.load_at(self.segment_checker(), chunk, time);
+                loads.push(Load::new(waypoint.time, &load, joints));
+            }
         }
         loads
+    }
+
+    /// The load at time `t` (s), clamped to the duration, of a plan that [`Checker::check_plan`]
+    /// accepts: what [`Plan::sample`] gives beside it is the motion.
+    pub fn load(&mut self, plan: &Plan, t: f64) -> Load {
+        let chunk = plan.chunk_at(t);
+        let mut simulation = Simulation::new(0, 1.0);
+        let time = t.max(chunk.waypoints()[0].time).min(plan.duration());
+        let (_, load) = simulation.load_at(self.segment_checker(), chunk, time);
+        Load::new(time, &load, chunk.joints_len as usize)
     }
 }
 
 impl Load {
-    fn new(state: &SimulationState, joints: usize) -> Self {
-        let foot = |force: &FootForce| {
-            let FootForce { limb, force, centre } = *force;
-            Some(FootLoad { foot: Foot::of_limb(limb as u32)?, force, centre })
+    fn new(time: f64, load: &ContactLoad, joints: usize) -> Self {
+        let foot = |foot: &statics::FootLoad| {
+            Some(FootLoad {
+                foot: Foot::of_limb(foot.limb as u32)?,
+                force: foot.force.to_array(),
+                centre: foot.centre.to_array(),
+                moment: foot.moment.to_array(),
+            })
         };
         Self {
-            time: state.waypoint.time,
-            centre_of_mass: state.centre_of_mass,
-            balance_margin: state.balance_margin,
-            friction_use: state.friction_use,
-            torque_use: state.torque_use,
-            feet: state.feet[..state.feet_len as usize].iter().filter_map(foot).collect(),
-            torques: state.torques[..joints].to_vec(),
+            time,
+            centre_of_mass: load.centre_of_mass.to_array(),
+            balance_margin: load.balance_margin,
+            friction_use: load.friction_use,
+            torque_use: load.torque_use,
+            feet: load.feet.iter().filter_map(foot).collect(),
+            torques: load.torques[..joints].to_vec(),
         }
     }
 }

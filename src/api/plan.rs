@@ -151,14 +151,14 @@ impl Plan {
 
     /// The feet that carry the robot at time `t` (s), clamped to the duration.
     pub fn contacts_at(&self, t: f64) -> Contacts {
-        contacts(&self.chunks[self.chunk_at(t)])
+        contacts(self.chunk_at(t))
     }
 
     /// The motion at time `t` (s), clamped to the duration. Between two waypoints of a quasi-static
     /// plan joints and root position are linear in time, the root's rotation follows the shortest
     /// arc; between two of a smooth plan all follow polynomials of degree 5.
     pub fn sample(&self, t: f64) -> State {
-        let index = self.chunk_at(t);
+        let index = self.chunk_index_at(t);
         let chunk = &self.chunks[index];
         let interpolation =
             Interpolation::from_wire(chunk.interpolation).unwrap_or(Interpolation::Linear);
@@ -177,8 +177,12 @@ impl Plan {
         }
     }
 
-    /// The first chunk that ends at `t` or later, or the last one.
-    fn chunk_at(&self, t: f64) -> usize {
+    /// The first chunk that ends at `t` (s) or later, or the last one.
+    pub(crate) fn chunk_at(&self, t: f64) -> &PlanChunk {
+        &self.chunks[self.chunk_index_at(t)]
+    }
+
+    fn chunk_index_at(&self, t: f64) -> usize {
         let ends_before = |chunk: &PlanChunk| chunk.waypoints().last().is_some_and(|w| w.time < t);
         self.chunks.partition_point(ends_before).min(self.chunks.len().saturating_sub(1))
     }

@@ -7,7 +7,6 @@ mod ros_topics;
 
 use std::time::Duration;
 
-use surefoot_shared_types::instance::error::InstanceError;
 use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::instance::set_points::SetPointPublisher;
@@ -24,8 +23,6 @@ use crate::system::{signals, terminal};
 /// Time between two polls. A walk sends at most eight chunks before the sampler must have read
 /// one.
 const POLL_INTERVAL: Duration = Duration::from_micros(400);
-/// Time between two attempts to find the instance.
-const ATTACH_INTERVAL: Duration = Duration::from_millis(2);
 /// Longest delay of the process that is made up for, s; after a longer one plan time has stood.
 const LATE_SECONDS_MAX: f64 = 0.1;
 
@@ -62,14 +59,10 @@ pub fn run(arguments: &SampleArguments) -> Result<CommandOutcome, CommandError> 
 /// Attaches to the instance; waits for it as long as the arguments say.
 fn attach(arguments: &SampleArguments) -> Result<Instance, CommandError> {
     let watch = Stopwatch::start();
-    loop {
-        match Instance::attach(&arguments.instance) {
-            Err(InstanceError::Missing { .. }) if watch.seconds() < arguments.wait => {}
-            attached => return Ok(attached?),
-        }
-        CommandError::unless_interrupted()?;
-        std::thread::sleep(ATTACH_INTERVAL);
-    }
+    let mut may_wait = || watch.seconds() < arguments.wait && signals::raised().is_none();
+    let attached = Instance::attach_once_made(&arguments.instance, &mut may_wait);
+    CommandError::unless_interrupted()?;
+    Ok(attached?)
 }
 
 fn summary(counts: &PlaybackCounts, hz: f64) -> String {

@@ -32,9 +32,10 @@ use crate::check::zero_moment::check_zero_moment;
 use crate::geometry::body::CollisionBody;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::kinematics::trajectory;
-use crate::statics::contact_load::{ContactLoad, least_squares_load};
+use crate::statics::contact_load::{ContactLoad, least_squares_load, moving_load};
 use crate::statics::equilibrium::Equilibrium;
 use crate::statics::error::CheckerError;
+use crate::statics::inverse_dynamics::InverseDynamics;
 use crate::statics::sole_support::{SoleSupport, SupportFinder};
 use crate::statics::underside::check_soles;
 
@@ -242,6 +243,20 @@ impl Checker {
     ) -> ContactLoad {
         let posture = Posture::new(&self.model, configuration);
         least_squares_load(&self.unlocked, &mut self.equilibrium, &sole_supports.0, &posture)
+    }
+
+    /// As [`Self::load`], of a robot that moves as a waypoint says.
+    pub fn moving_load(
+        &mut self,
+        sole_supports: &SoleSupports,
+        waypoint: &Waypoint,
+    ) -> ContactLoad {
+        let (model, joints) = (&self.unlocked, self.model.joints.len());
+        let mut configuration = Configuration::of_waypoint(waypoint, joints);
+        configuration.q.extend_from_slice(&model.standing_q[joints..]);
+        let posture = Posture::new(model, &configuration);
+        let dynamics = InverseDynamics::new(model, &posture, waypoint);
+        moving_load((model, &posture), &mut self.equilibrium, &sole_supports.0, &dynamics)
     }
 
     fn reserves(&mut self, case: &Case) -> Reserves {

@@ -1,7 +1,8 @@
 //! Execution in simulated time: configuration, foot forces and joint torques at every tick.
 //!
-//! Quasi-static: the robot tracks the chunk exactly, and at every tick the contact forces are those
-//! of least squares within the friction pyramids.
+//! The robot tracks the chunk exactly, and at every tick the contact forces are those of least
+//! squares within the friction pyramids: in a smooth chunk by inverse dynamics, in a quasi-static
+//! one those of a robot at rest.
 
 use bytemuck::Zeroable;
 use surefoot_shared_types::base::limits::CONTACTS_MAX;
@@ -34,18 +35,32 @@ impl Simulation {
         Self { controller_id, tick_seconds, ticks: 0, supports: None }
     }
 
-    /// Executes a chunk that `checker` accepts. `publish` is called once for every instant of the
-    /// plan that is a multiple of the tick, over all its chunks, and for the plan's end.
-    pub fn execute(
+    /// The instants (s) of a chunk that are multiples of the tick, over all chunks of a plan each
+    /// once, and the plan's end.
+    pub fn instants(&self, chunk: &PlanChunk) -> impl Iterator<Item = f64> + use<> {
+        let waypoints = chunk.waypoints();
+        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
+        let tick_seconds = self.tick_seconds;
+        let last_before = |time: f64| (time / tick_seconds).floor() as i64;
+        let is_first = chunk.flags & FLAG_FIRST != 0;
+        let (first, last) = (last_before(begin) + i64::from(!is_first), last_before(end));
+        let at_end =
+            (chunk.flags & FLAG_LAST != 0 && last as f64 * tick_seconds < end).then_some(end);
+        (first..=last)
+            .map(move |index| (index as f64 * tick_seconds).clamp(begin, end))
+            .chain(at_end)
+    }
+
+    /// The load of a robot that executes a chunk, which `checker` accepts, at a time (s).
+    pub fn load_at(
         &mut self,
         checker: &mut Checker,
         chunk: &PlanChunk,
-        publish: &mut dyn FnMut(&SimulationState),
-    ) {
-        for time in self.instants(chunk) {
-            let waypoint = planned_in(chunk, time);
-            publish(&self.tick(checker, chunk, waypoint));
-        }
+        time: f64,
+    ) -> (Waypoint, ContactLoad) {
+        let waypoint = planned_in(chunk, time);
+        let load = self.load_of(checker, chunk, &waypoint);
+        (waypoint, load)
     }
 
     /// The state of a robot that walks, at this instant: the next tick. Nothing before its first
@@ -61,41 +76,8 @@ impl Simulation {
         chunk: &PlanChunk,
         waypoint: Waypoint,
     ) -> SimulationState {
-        let number = (chunk.plan_id, chunk.epoch, chunk.sequence);
-        let known = self.supports.take().filter(|(of, _)| *of == number);
-        let supports = known.map_or_else(
-            || checker.sole_supports(chunk.contacts(), chunk.waypoints()),
-            |(_, supports)| supports,
-        );
         self.ticks += 1;
-        let state = self.state_of(checker, chunk, &supports, &waypoint);
-        self.supports = Some((number, supports));
-        state
-    }
-
-    fn instants(&self, chunk: &PlanChunk) -> impl Iterator<Item = f64> + use<> {
-        let waypoints = chunk.waypoints();
-        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
-        let tick_seconds = self.tick_seconds;
-        let last_before = |time: f64| (time / tick_seconds).floor() as i64;
-        let is_first = chunk.flags & FLAG_FIRST != 0;
-        let (first, last) = (last_before(begin) + i64::from(!is_first), last_before(end));
-        let at_end =
-            (chunk.flags & FLAG_LAST != 0 && last as f64 * tick_seconds < end).then_some(end);
-        (first..=last)
-            .map(move |index| (index as f64 * tick_seconds).clamp(begin, end))
-            .chain(at_end)
-    }
-
-    fn state_of(
-        &self,
-        checker: &mut Checker,
-        chunk: &PlanChunk,
-        sole_supports: &SoleSupports,
-        waypoint: &Waypoint,
-    ) -> SimulationState {
-        let configuration = Configuration::of_waypoint(waypoint, checker.model().joints.len());
-        let load = checker.load(sole_supports, &configuration);
+        let load = self.load_of(checker, chunk, &waypoint);
         let mut state = SimulationState {
             schema: STATE_SCHEMA,
             controller_id: self.controller_id,
@@ -104,11 +86,34 @@ impl Simulation {
             sequence: chunk.sequence,
             tick: self.ticks,
             mode: chunk.mode,
-            waypoint: *waypoint,
+            waypoint,
             ..SimulationState::zeroed()
         };
         write_load(&mut state, &load, checker.model().joints.len());
         state
+    }
+
+    /// The load at a waypoint of a chunk. Straight lines have no accelerations.
+    fn load_of(
+        &mut self,
+        checker: &mut Checker,
+        chunk: &PlanChunk,
+        waypoint: &Waypoint,
+    ) -> ContactLoad {
+        let number = (chunk.plan_id, chunk.epoch, chunk.sequence);
+        let known = self.supports.take().filter(|(of, _)| *of == number);
+        let supports = known.map_or_else(
+            || checker.sole_supports(chunk.contacts(), chunk.waypoints()),
+            |(_, supports)| supports,
+        );
+        let load = if chunk.is_smooth() {
+            checker.moving_load(&supports, waypoint)
+        } else {
+            let joints = checker.model().joints.len();
+            checker.load(&supports, &Configuration::of_waypoint(waypoint, joints))
+        };
+        self.supports = Some((number, supports));
+        load
     }
 }
 

@@ -1,4 +1,4 @@
-//! Foot forces and joint torques in one configuration by the contact forces of least squares.
+//! Foot forces and joint torques of a robot at an instant by the contact forces of least squares.
 
 use glam::DVec3;
 use surefoot_shared_types::robot::model::RobotModel;
@@ -7,12 +7,13 @@ use surefoot_shared_types::world::world::GRAVITY;
 use crate::base::comparison::largest;
 use crate::kinematics::forward::Posture;
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Generator, balance};
+use crate::statics::inverse_dynamics::InverseDynamics;
 use crate::statics::joint_torques::Statics;
 use crate::statics::least_squares::least_squares_forces;
 use crate::statics::sole_support::{ContactPoint, SoleSupport};
 use crate::statics::tuning::PYRAMID_SIDES;
 
-/// Foot forces and joint torques of a standing robot.
+/// Foot forces and joint torques of a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactLoad {
     /// The centre of mass in the world, m.
@@ -109,22 +110,50 @@ impl FootPressure {
     }
 }
 
-/// The load by contact forces of least squares. Where no forces hold the robot, the load has no
-/// feet and the torques are those of a robot with a fixed root.
+/// The load of a robot at rest by contact forces of least squares. Where no forces hold the robot,
+/// the load has no feet and the torques are those of a robot with a fixed root.
 pub fn least_squares_load(
     model: &RobotModel,
     equilibrium: &mut Equilibrium,
     supports: &[SoleSupport],
     posture: &Posture,
 ) -> ContactLoad {
-    let centre_of_mass = posture.centre_of_mass(model);
     let generators = equilibrium.generators(supports, ALL_FRICTION);
-    let forces = least_squares_forces(&balance(&generators, centre_of_mass)).unwrap_or_default();
-    let point_forces = point_forces(supports, &generators, &forces, model.mass() * GRAVITY);
+    let rows = balance(&generators, posture.centre_of_mass(model));
+    let forces = least_squares_forces(&rows).unwrap_or_default();
+    let stance = supports.iter().map(|support| support.limb).collect();
+    let statics = Statics::new(model, generators.clone(), stance);
+    let torques = statics.torques_under(posture, &forces);
+    load_of((model, posture), equilibrium, supports, (&generators, &forces), torques)
+}
+
+/// The load of a robot that moves as `dynamics` says by contact forces of least squares. Where no
+/// forces move the robot so, the load has no feet.
+pub fn moving_load(
+    (model, posture): (&RobotModel, &Posture),
+    equilibrium: &mut Equilibrium,
+    supports: &[SoleSupport],
+    dynamics: &InverseDynamics,
+) -> ContactLoad {
+    let generators = equilibrium.generators(supports, ALL_FRICTION);
+    let rows = dynamics.balance(model, &generators);
+    let forces = least_squares_forces(&rows).unwrap_or_default();
+    let torques = dynamics.torques_under(model, posture, (&generators, &forces));
+    load_of((model, posture), equilibrium, supports, (&generators, &forces), torques)
+}
+
+/// The load under these forces: a share of the weight for each generator.
+fn load_of(
+    (model, posture): (&RobotModel, &Posture),
+    equilibrium: &mut Equilibrium,
+    supports: &[SoleSupport],
+    (generators, forces): (&[Generator], &[f64]),
+    torques: Vec<f64>,
+) -> ContactLoad {
+    let centre_of_mass = posture.centre_of_mass(model);
+    let point_forces = point_forces(supports, generators, forces, model.mass() * GRAVITY);
     let pressures: Vec<FootPressure> =
         supports.iter().map(|support| FootPressure::of_foot(support.limb, &point_forces)).collect();
-    let stance = supports.iter().map(|support| support.limb).collect();
-    let torques = Statics::new(model, generators, stance).torques_under(posture, &forces);
     let share =
         model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
     ContactLoad {

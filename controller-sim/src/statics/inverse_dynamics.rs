@@ -8,6 +8,7 @@ use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::kinematics::forward::{Posture, along_axis};
 use crate::statics::equilibrium::{Generator, MinimaxEffort, dot, wrench_balance};
+use crate::statics::simplex::Row;
 
 /// A force (N) and its torque about the world's origin (N m).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,8 +97,7 @@ impl InverseDynamics {
             let row: Vec<f64> = taken.iter().map(|value| -weight * value / effort).collect();
             (row, self.free[*joint] / effort)
         };
-        let Wrench { force, torque } = self.contacts;
-        let balance = wrench_balance(generators, force / weight, torque / weight);
+        let balance = self.balance(model, generators);
         let program = MinimaxEffort::with_balance(balance, loaded.iter().map(share).collect());
         let torques = |forces: Vec<f64>| {
             let mut torques = self.free.clone();
@@ -112,6 +112,30 @@ impl InverseDynamics {
         };
         let quick = program.by_simplex().map(torques).filter(fits);
         quick.or_else(|| program.by_interior_point().map(torques))
+    }
+
+    /// The balance rows of contact forces, in units of the robot's weight, that move the robot so.
+    pub fn balance(&self, model: &RobotModel, generators: &[Generator]) -> Vec<Row> {
+        let weight = model.mass() * GRAVITY;
+        let Wrench { force, torque } = self.contacts;
+        wrench_balance(generators, force / weight, torque / weight)
+    }
+
+    /// The joint torques under contact forces: a share of the weight for each generator, or no
+    /// forces at all.
+    pub fn torques_under(
+        &self,
+        model: &RobotModel,
+        posture: &Posture,
+        (generators, forces): (&[Generator], &[f64]),
+    ) -> Vec<f64> {
+        let weight = model.mass() * GRAVITY;
+        let unloaded = |(joint, free): (usize, &f64)| {
+            let taken = taken_by(model, posture, generators, joint);
+            let shares = taken.iter().zip(forces).map(|(taken, force)| taken * force);
+            free - weight * shares.sum::<f64>()
+        };
+        self.free.iter().enumerate().map(unloaded).collect()
     }
 }
 

@@ -17,7 +17,7 @@ use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::location::Location;
 use crate::instance::token::Token;
-use crate::instance::tuning::LOCK_ATTEMPTS_MAX;
+use crate::instance::tuning::{ATTACH_PAUSE, LOCK_ATTEMPTS_MAX};
 use crate::instance::{base_folder, capacity, directory, lock, private};
 
 /// A handle on an instance. Clones share it; when the last one is dropped the process leaves.
@@ -58,6 +58,23 @@ impl Instance {
         }
         let Location { name, root } = Location::new(&base_folder::plain(), name)?;
         Err(InstanceError::Missing { name, root })
+    }
+
+    /// As [`Self::attach`], and waits while the instance does not exist and `may_wait` is true.
+    ///
+    /// # Errors
+    /// As [`Self::attach`].
+    pub fn attach_once_made(
+        name: &str,
+        may_wait: &mut dyn FnMut() -> bool,
+    ) -> Result<Self, InstanceError> {
+        loop {
+            match Self::attach(name) {
+                Err(InstanceError::Missing { .. }) if may_wait() => {}
+                attached => return attached,
+            }
+            std::thread::sleep(ATTACH_PAUSE);
+        }
     }
 
     /// As [`Self::create`], below the folder `base`: an absolute path, created with mode 0700 if

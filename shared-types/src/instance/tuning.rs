@@ -64,6 +64,8 @@ pub(crate) const BASE_LOCK_PAUSE: Duration = Duration::from_millis(5);
 pub(crate) const LOCK_ATTEMPTS_MAX: usize = 20;
 /// Time between two of these attempts.
 pub(crate) const LOCK_PAUSE: Duration = Duration::from_millis(5);
+/// Time between two attempts to find an instance that may appear.
+pub(crate) const ATTACH_PAUSE: Duration = Duration::from_millis(2);
 /// Attempts to open a service that another process creates or removes.
 pub(crate) const OPEN_ATTEMPTS_MAX: usize = 20;
 /// Time between two of these attempts.
