@@ -10,7 +10,7 @@ use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::pipeline::timed_chunks::TimedChunks;
-use crate::plan::chunk_builder::{ChunkBuilder, Mark, ModeMotion, PARALLEL_MOTIONS_MAX};
+use crate::plan::chunk_builder::{Checkpoint, ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
 use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
@@ -28,7 +28,7 @@ pub(crate) struct ChunkStage {
     /// The timing of a smooth path; none where plans keep the searched motion.
     timed: Option<TimedChunks>,
     /// The chunks before those of the smooth path.
-    before: Option<Mark>,
+    before: Option<Checkpoint>,
     digest: Digest,
 }
 
@@ -69,7 +69,7 @@ impl ChunkStage {
     /// no timing within the limits, the plan keeps the searched motion instead.
     fn time(&mut self, search: &mut Search, path: Path<'_>) -> Result<Event, ArenaFull> {
         let Some(timed) = &mut self.timed else { return Ok(Event::Continue) };
-        let before = self.before.get_or_insert_with(|| self.chunks.mark());
+        let before = self.before.get_or_insert_with(|| self.chunks.checkpoint());
         let units = timed.advance(path, &mut self.chunks)?;
         search.stats.work += units.unwrap_or(1);
         timed.count(&mut search.stats);

@@ -82,7 +82,7 @@ pub struct TimedPart<'a> {
 
 /// The chunks at some time before more were appended.
 #[derive(Debug, Clone)]
-pub struct Mark {
+pub struct Checkpoint {
     written: usize,
     waypoints: u64,
     finalized: FinalizedStream,
@@ -156,17 +156,17 @@ impl ChunkBuilder {
         self.waypoints
     }
 
-    /// The chunks so far, of which a timed path is not yet part.
-    pub fn mark(&self) -> Mark {
+    /// The state before a timed path is appended.
+    pub fn checkpoint(&self) -> Checkpoint {
         let Self { written, waypoints, ref finalized, .. } = *self;
-        Mark { written, waypoints, finalized: finalized.clone() }
+        Checkpoint { written, waypoints, finalized: finalized.clone() }
     }
 
-    /// Drops all chunks since a mark.
-    pub fn rewind(&mut self, mark: &Mark) {
-        self.chunks[mark.written..self.written].fill(PlanChunk::zeroed());
-        (self.written, self.waypoints, self.last_timed) = (mark.written, mark.waypoints, None);
-        self.finalized = mark.finalized.clone();
+    /// Drops all chunks since a checkpoint.
+    pub fn rewind(&mut self, to: &Checkpoint) {
+        self.chunks[to.written..self.written].fill(PlanChunk::zeroed());
+        (self.written, self.waypoints, self.last_timed) = (to.written, to.waypoints, None);
+        self.finalized = to.finalized.clone();
     }
 
     /// Appends the motion of an executed chunk in reverse: from `end` through `before`, the

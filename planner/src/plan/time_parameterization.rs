@@ -27,7 +27,7 @@ use crate::kinematics::forward::Kinematics;
 use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
     ACCELERATION_SHARE, BALANCE_RESERVE_MIN, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX,
-    LIMIT_SHARE, POLYNOMIAL_STRETCH, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    LIMIT_SHARE, POLYNOMIAL_SLOWDOWN, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
 };
 use crate::robot::mechanism::LINKS_MAX;
 use crate::timing::ground::Ground;
@@ -115,7 +115,7 @@ impl TimeParameterization {
     pub fn set_intervals_between_rests(&self, waypoints: &mut [Waypoint], ground: &Ground) {
         let (displacements, shortest) = self.displacements_between(waypoints, ground);
         let times = displacements.iter().map(rest_to_rest).zip(shortest);
-        let times = times.map(|(time, shortest)| POLYNOMIAL_STRETCH * time.max(shortest));
+        let times = times.map(|(time, shortest)| POLYNOMIAL_SLOWDOWN * time.max(shortest));
         for (waypoint, interval) in waypoints.iter_mut().skip(1).zip(times) {
             waypoint.time = interval;
         }

@@ -16,7 +16,7 @@ use crate::timing::path_point::Path;
 use crate::timing::profile::{Node, controllable, fastest};
 use crate::timing::profile_check::ProfileCheck;
 use crate::timing::slow_downs::SlowDowns;
-use crate::timing::stops::{Motion, Stop, StopTable};
+use crate::timing::stops::{Stop, StopTable, TimedMotion};
 use crate::timing::time_law::TimeLaw;
 use crate::timing::timed_path::{SpanTimes, TimedPath, state_at};
 use crate::timing::timed_robot::TimedRobot;
@@ -249,7 +249,7 @@ impl PathTiming {
         let first = self.profile.fixed.saturating_sub(1);
         let open = if first > 0 { timed.law.time_of_node(first) } else { 0.0 };
         let from = open - if first > 0 { ROUNDING_TIME } else { 0.0 };
-        let motion = Motion::new(robot, path, timed);
+        let motion = TimedMotion::new(robot, path, timed);
         let mut check = ProfileCheck { robot, contact_rates, path, timed, slow_downs };
         check.rates_are_within(open)
             && check.motion_is_within(from)
@@ -282,7 +282,7 @@ impl PathTiming {
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where
     /// that has none.
     pub fn stop(&self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
-        let motion = Motion::new(&self.robot, path, &self.timed);
+        let motion = TimedMotion::new(&self.robot, path, &self.timed);
         self.stops.stop(&motion, span, chunk)
     }
 

@@ -83,7 +83,7 @@ impl StopTable {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it. `None` where
     /// the profile has none, or the memory for stops is used up.
-    pub(super) fn stop(&self, motion: &Motion<'_>, span: usize, chunk: usize) -> Option<Stop> {
+    pub(super) fn stop(&self, motion: &TimedMotion<'_>, span: usize, chunk: usize) -> Option<Stop> {
         let is_after = |brake: &Brake| (brake.span, brake.chunk) > (span, chunk);
         let brake = self.brakes.get(self.brakes.partition_point(is_after))?;
         if (brake.span, brake.chunk) != (span, chunk) {
@@ -99,7 +99,7 @@ impl StopTable {
     /// Finds a stop for every chunk that is not written: of the ramps within the limits that end
     /// inside the chunk, the one that begins last, but not after that of the next chunk. Where
     /// there is none, notes where to slow down, and returns `false`.
-    pub(super) fn find(&mut self, motion: &Motion<'_>, slow_downs: &mut SlowDowns) -> bool {
+    pub(super) fn find(&mut self, motion: &TimedMotion<'_>, slow_downs: &mut SlowDowns) -> bool {
         let timed = motion.timed;
         self.brakes.clear();
         let after = self.brake_after;
@@ -130,7 +130,7 @@ impl StopTable {
 /// Beginning and duration (s) of the latest ramp within the limits that begins between these
 /// times and ends between `begin` and `end`.
 fn brake(
-    motion: &Motion<'_>,
+    motion: &TimedMotion<'_>,
     [after, before]: [f64; 2],
     [begin, end]: [f64; 2],
 ) -> Option<(f64, f64)> {
@@ -158,7 +158,7 @@ fn brake(
 
 /// The shortest ramp within the limits of the path known so far, in the same steps, by which the
 /// robot goes on after a rest at `time`.
-fn resume_duration(motion: &Motion<'_>, time: f64) -> Option<f64> {
+fn resume_duration(motion: &TimedMotion<'_>, time: f64) -> Option<f64> {
     let durations = std::iter::successors(Some(RAMP_SHORTEST), |seconds| Some(seconds * RAMP_STEP));
     durations
         .take(RAMP_STEPS_MAX)
@@ -168,7 +168,7 @@ fn resume_duration(motion: &Motion<'_>, time: f64) -> Option<f64> {
 /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than they
 /// allow, or, within their distance to the limits, than the motion at full speed takes; and whether
 /// the zero-moment point keeps the controller's margin.
-fn ramp_holds(motion: &Motion<'_>, begin: f64, ramp: Ramp) -> bool {
+fn ramp_holds(motion: &TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
     let timed = motion.timed;
     let samples = || {
         (0..=RAMP_SAMPLES).map(|sample| {
@@ -185,7 +185,7 @@ fn ramp_holds(motion: &Motion<'_>, begin: f64, ramp: Ramp) -> bool {
 
 /// The motion of a path within the robot's limits.
 #[derive(Debug)]
-pub(super) struct Motion<'a> {
+pub(super) struct TimedMotion<'a> {
     pub robot: &'a TimedRobot,
     pub path: Path<'a>,
     pub timed: &'a TimedPath,
@@ -201,7 +201,7 @@ struct SampledSpan {
     region: ZeroMomentRegion,
 }
 
-impl<'a> Motion<'a> {
+impl<'a> TimedMotion<'a> {
     /// A robot's motion along a timed path.
     pub fn new(robot: &'a TimedRobot, path: Path<'a>, timed: &'a TimedPath) -> Self {
         Self { robot, path, timed, last: RefCell::new(None) }

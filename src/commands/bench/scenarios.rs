@@ -8,7 +8,7 @@ use surefoot_shared_types::config::MotionKind;
 use crate::cli::bench_arguments::ScenarioArguments;
 use crate::input::inputs::{Inputs, Overrides};
 
-/// The motion of the plans of most benches: the searched one, since what is measured is the search.
+/// The motion of the plans of most benches: the searched one, since they measure the search.
 pub const SEARCHED: Overrides = Overrides { seed: None, motion: Some(MotionKind::QuasiStatic) };
 
 /// Loads the scenarios asked for, or those of these names, with the searched motion.
