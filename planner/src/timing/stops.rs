@@ -15,8 +15,8 @@ use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
 use crate::timing::tuning::{
-    RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX, REST_PLACES,
-    SLOWER_BEFORE_STOP,
+    RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX,
+    REST_PLACES, SLOWER_BEFORE_STOP,
 };
 use crate::timing::zero_moment::ZeroMomentRegion;
 
@@ -178,7 +178,8 @@ fn ramp_holds(motion: &TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
     };
     let has_rates = samples().all(|(time, at)| {
         let share = timed.share_at(time, at.rate, at.rate_change);
-        share <= 1.0 || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
+        share <= RAMP_SHARE_MAX
+            || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
     });
     has_rates && samples().all(|(time, at)| motion.is_upright(time, &at))
 }

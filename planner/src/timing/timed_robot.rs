@@ -96,7 +96,7 @@ impl TimedRobot {
             self.zero_moment_region(span, level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
             let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
             let found = contact_rates.restrict(&problem, &rates);
-            if can_start(&found) {
+            if can_start(&found, level) {
                 return (found, level);
             }
         }
@@ -244,8 +244,9 @@ impl TimedRobot {
 /// The load of a motion for which there are no contact forces.
 pub(crate) const NO_CONTACT_FORCES: f64 = 1.04;
 
-/// Whether the path can accelerate from rest in both directions.
-fn can_start(rates: &RateSet) -> bool {
+/// Whether the path can accelerate from rest in both directions, as a level must allow.
+fn can_start(rates: &RateSet, level: Level) -> bool {
+    let least = if level == Level::Bare { UNSUPPORTED_RATE } else { REST_ACCELERATION };
     let range = rates.accelerations_at(0.0);
-    range.is_some_and(|[low, high]| low <= -REST_ACCELERATION && high >= REST_ACCELERATION)
+    range.is_some_and(|[low, high]| low <= -least && high >= least)
 }

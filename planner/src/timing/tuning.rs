@@ -35,7 +35,8 @@ pub(crate) const COP_MARGIN_BETWEEN: f64 = 2e-4;
 pub(crate) const RATE_MAX: f64 = 30.0;
 /// Largest acceleration of the path's parameter, 1/s.
 pub(crate) const RATE_CHANGE_MAX: f64 = 300.0;
-/// The acceleration from rest, in both directions, that a level must allow, 1/s.
+/// The acceleration from rest, in both directions, that a level must allow, 1/s. The last one must
+/// allow that of a motion without known contact forces.
 pub(crate) const REST_ACCELERATION: f64 = 0.2;
 /// The largest rate of a motion, and its largest change, where no contact forces are known (1/s).
 pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
@@ -74,6 +75,9 @@ pub(crate) const RAMP_SAMPLES: usize = 32;
 /// Largest share of the rates around a point that a rounded profile takes: less than their distance
 /// to the limits, against which the motion is checked after that.
 pub(crate) const RATES_SHARE_MAX: f64 = 1.01;
+/// Largest share of the rates around a point that a ramp takes where the motion at full speed takes
+/// less: rates between two points are interpolated.
+pub(crate) const RAMP_SHARE_MAX: f64 = 0.96;
 /// Places in a chunk at which braking may end.
 pub(crate) const REST_PLACES: usize = 4;
 /// The time before the end of a chunk in which it becomes slower where it has no stop, s.
