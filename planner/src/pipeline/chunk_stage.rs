@@ -57,24 +57,20 @@ impl ChunkStage {
         budget: u64,
     ) -> Result<Event, ArenaFull> {
         if self.is_written {
-            self.finalize(context, search, budget)
-        } else if let (Some(path), false) = (path, search.stats.is_untimed) {
-            self.time(search, path)
-        } else {
-            self.write(context, search, budget)
+            return self.finalize(context, search, budget);
         }
-    }
-
-    /// Times the next span of a smooth path, or writes its chunks. Where some part of the path has
-    /// no timing within the limits, the plan keeps the searched motion instead.
-    fn time(&mut self, search: &mut Search, path: Path<'_>) -> Result<Event, ArenaFull> {
-        let Some(timed) = &mut self.timed else { return Ok(Event::Continue) };
+        // Where some part of the path has no timing within the limits, the plan keeps the searched
+        // motion.
+        let timed = self.timed.as_mut().filter(|timed| timed.is_within());
+        let (Some(timed), Some(path)) = (timed, path) else {
+            return self.write(context, search, budget);
+        };
         let before = self.before.get_or_insert_with(|| self.chunks.checkpoint());
         let units = timed.advance(path, &mut self.chunks)?;
         search.stats.work += units.unwrap_or(1);
         timed.count(&mut search.stats);
-        if !timed.is_within() {
-            search.stats.is_untimed = true;
+        search.stats.is_untimed = !timed.is_within();
+        if search.stats.is_untimed {
             self.chunks.rewind(before);
         }
         self.is_written = units.is_none() && !search.stats.is_untimed;

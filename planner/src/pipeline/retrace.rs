@@ -99,8 +99,7 @@ fn ends_in(chunk: &PlanChunk, at: &Waypoint) -> bool {
 fn rests_within(chunk: &PlanChunk, rest: &Waypoint) -> bool {
     let waypoints = chunk.waypoints();
     let after = waypoints.partition_point(|waypoint| waypoint.time <= rest.time);
-    let is_smooth = Interpolation::from_wire(chunk.interpolation) == Some(Interpolation::Quintic);
-    if !is_smooth || !(1..waypoints.len()).contains(&after) {
+    if !chunk.is_smooth() || !(1..waypoints.len()).contains(&after) {
         return false;
     }
     let [from, to] = [&waypoints[after - 1], &waypoints[after]];

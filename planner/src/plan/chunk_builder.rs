@@ -296,8 +296,7 @@ impl FinalizedStream {
     /// Completes a chunk and its digest. A chunk without a timed path ends at rest.
     fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
-        let is_timed = chunk.interpolation == Interpolation::Quintic as u64;
-        if is_timed && self.count >= self.resting {
+        if chunk.is_smooth() && self.count >= self.resting {
             let begin = *self.path_begin.get_or_insert(self.time);
             chunk.waypoints[..used].iter_mut().for_each(|waypoint| waypoint.time += begin);
             chunk.brake_at += begin;

@@ -1,10 +1,10 @@
 //! The ground under the feet of a motion, as the zero-moment point is compared with it.
 
-use glam::{DVec2, DVec3};
-use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
+use glam::DVec3;
 use surefoot_shared_types::message::Contact;
 
 use crate::geometry::convex_region::ConvexRegion;
+use crate::timing::support::supported_part;
 
 /// Where the feet of a motion stand.
 #[derive(Debug, Clone)]
@@ -20,9 +20,8 @@ impl Ground {
     pub fn under(contacts: &[Contact]) -> Self {
         let corners_of = |contact: &Contact| {
             let world_from_sole = contact.world_from_sole();
-            let polygon: heapless::Vec<[f64; 2], POLYGON_VERTICES_MAX> =
-                contact.polygon.into_iter().take(contact.polygon_len as usize).collect();
-            polygon.into_iter().map(move |corner| world_from_sole * DVec2::from(corner).extend(0.0))
+            let corners = supported_part(contact).into_iter();
+            corners.map(move |corner| world_from_sole * corner.extend(0.0))
         };
         let heights = contacts.iter().map(|contact| {
             corners_of(contact).map(|corner| corner.z).sum::<f64>()

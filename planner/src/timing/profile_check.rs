@@ -9,6 +9,7 @@ use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
 use crate::timing::tuning::{INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER};
+use crate::timing::zero_moment::ContactGround;
 
 /// Rounding of shares of limits.
 const SHARE_TOLERANCE: f64 = 1e-9;
@@ -78,14 +79,15 @@ impl ProfileCheck<'_> {
     /// Checks every waypoint and the curves between them.
     fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
         let mut is_within = true;
+        let contact_ground = &self.robot.contact_ground(&self.path.spans[span]);
         for index in 0..=times.intervals {
             let here = self.timed.state(self.path, span, times, index);
             if here.time >= from {
-                is_within &= self.sample_is_within(span, &here);
+                is_within &= self.sample_is_within((span, contact_ground), &here);
             }
             if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
                 let next = self.timed.state(self.path, span, times, index + 1);
-                is_within &= self.curve_is_within(span, [&here, &next]);
+                is_within &= self.curve_is_within((span, contact_ground), [&here, &next]);
             }
         }
         is_within
@@ -93,7 +95,11 @@ impl ProfileCheck<'_> {
 
     /// Checks instants between two waypoints: the middle, and more where the acceleration changes
     /// much.
-    fn curve_is_within(&mut self, span: usize, [here, next]: [&Waypoint; 2]) -> bool {
+    fn curve_is_within(
+        &mut self,
+        on: (usize, &ContactGround),
+        [here, next]: [&Waypoint; 2],
+    ) -> bool {
         let [from, to] =
             [here, next].map(|waypoint| DVec3::from_slice(&waypoint.root_acceleration));
         let parts = if from.distance(to) > STEADY_MAX { PARTS_WHERE_UNSTEADY } else { 2 };
@@ -101,20 +107,26 @@ impl ProfileCheck<'_> {
         for part in 1..parts {
             let time = here.time + (next.time - here.time) * part as f64 / parts as f64;
             let sample = Interpolation::Quintic.between(here, next, time);
-            is_within &= self.sample_is_within(span, &sample);
+            is_within &= self.sample_is_within(on, &sample);
         }
         is_within
     }
 
     /// Compares a sample with the first level, from those of the nodes around it on, within which
     /// the robot can stand there.
-    fn sample_is_within(&mut self, span: usize, sample: &Waypoint) -> bool {
+    fn sample_is_within(
+        &mut self,
+        (span, contact_ground): (usize, &ContactGround),
+        sample: &Waypoint,
+    ) -> bool {
         let Self { robot, contact_rates, path, timed, slow_downs } = self;
         let rates = timed.law.at(sample.time);
         let (node, _) = timed.node_before(span, rates.position);
         let mut level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
         loop {
-            let mut load = |at: &Waypoint| robot.load(contact_rates, &path.spans[span], level, at);
+            let mut load = |at: &Waypoint| {
+                robot.load(contact_rates, (&path.spans[span], contact_ground), level, at)
+            };
             let moving = load(sample);
             if moving <= 1.0 + SHARE_TOLERANCE {
                 return true;

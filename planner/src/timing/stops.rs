@@ -18,7 +18,7 @@ use crate::timing::tuning::{
     RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX,
     REST_PLACES, SLOWER_BEFORE_STOP,
 };
-use crate::timing::zero_moment::ZeroMomentRegion;
+use crate::timing::zero_moment::ContactGround;
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -199,7 +199,7 @@ pub(super) struct TimedMotion<'a> {
 struct SampledSpan {
     span: usize,
     times: SpanTimes,
-    region: ZeroMomentRegion,
+    contact_ground: ContactGround,
 }
 
 impl<'a> TimedMotion<'a> {
@@ -215,12 +215,12 @@ impl<'a> TimedMotion<'a> {
         let known = last.take().filter(|last| last.times.begin <= time && time < last.times.end);
         let sampled = last.insert(known.unwrap_or_else(|| {
             let span = self.timed.span_at(time);
-            let region = self.robot.checked_region(&self.path.spans[span]);
-            SampledSpan { span, times: self.timed.span_times(span), region }
+            let contact_ground = self.robot.contact_ground(&self.path.spans[span]);
+            SampledSpan { span, times: self.timed.span_times(span), contact_ground }
         }));
-        let SampledSpan { span, times, region } = sampled;
+        let SampledSpan { span, times, contact_ground } = sampled;
         let waypoint = self.timed.emitted_at(self.path, *span, times, time);
-        self.robot.keeps_zero_moment(region, &at.apply(&waypoint))
+        self.robot.keeps_zero_moment(contact_ground, &at.apply(&waypoint))
     }
 }
 

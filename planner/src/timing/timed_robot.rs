@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
@@ -16,12 +16,12 @@ use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::{SolePolygon, Support};
+use crate::timing::support::{Support, supported_part};
 use crate::timing::tuning::{
     COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
     UNSUPPORTED_RATE, WHOLE_SUPPORT,
 };
-use crate::timing::zero_moment::ZeroMomentRegion;
+use crate::timing::zero_moment::ContactGround;
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -81,6 +81,7 @@ impl TimedRobot {
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
+        let contact_ground = self.contact_ground(span);
         for level in Level::ALL {
             let support = Support::new(span, level, COP_MARGIN_EXTRA, self.limits.friction);
             let mut rates = joint_rates(
@@ -93,7 +94,7 @@ impl TimedRobot {
             if touches_down {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
-            self.zero_moment_region(span, level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
+            contact_ground.region(level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
             let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
             let found = contact_rates.restrict(&problem, &rates);
             if can_start(&found, level) {
@@ -102,21 +103,20 @@ impl TimedRobot {
         }
         let mut rates = RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE);
         let level = Level::Unsupported;
-        self.zero_moment_region(span, level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
+        contact_ground.region(level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
         (rates, level)
     }
 
-    fn zero_moment_region(&self, span: &PathSpan, level: Level, extra: f64) -> ZeroMomentRegion {
+    /// The ground under the contacts of a span.
+    pub(super) fn contact_ground(&self, span: &PathSpan) -> ContactGround {
         let is_whole = span.contacts.iter().all(|contact| self.is_whole(contact));
-        let checked = self.limits.zero_moment_margin;
-        ZeroMomentRegion::new(&span.contacts, is_whole, (level, extra), checked)
+        ContactGround::new(&span.contacts, is_whole, self.limits.zero_moment_margin)
     }
 
     /// Whether a sole is supported wholly.
     fn is_whole(&self, contact: &Contact) -> bool {
-        let corners = &contact.polygon[..(contact.polygon_len as usize).min(POLYGON_VERTICES_MAX)];
-        let support: SolePolygon = corners.iter().map(|&corner| DVec2::from(corner)).collect();
-        area_and_centroid(&support).0 >= WHOLE_SUPPORT * self.sole_areas[contact.limb as usize]
+        area_and_centroid(&supported_part(contact)).0
+            >= WHOLE_SUPPORT * self.sole_areas[contact.limb as usize]
     }
 
     fn problem<'a>(
@@ -160,7 +160,7 @@ impl TimedRobot {
     pub(crate) fn load(
         &self,
         contact_rates: &mut ContactRates,
-        span: &PathSpan,
+        (span, contact_ground): (&PathSpan, &ContactGround),
         level: Level,
         waypoint: &Waypoint,
     ) -> f64 {
@@ -168,7 +168,7 @@ impl TimedRobot {
         let dynamics = self.at_instant(waypoint);
         let support = Support::new(span, level, COP_MARGIN_BETWEEN, self.limits.friction);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
-        let region = self.zero_moment_region(span, level, COP_MARGIN_BETWEEN);
+        let region = contact_ground.region(level, COP_MARGIN_BETWEEN);
         let is_upright = region.holds(&dynamics, || self.at_standstill(waypoint));
         let mut load = if is_upright { 0.0 } else { NO_CONTACT_FORCES };
         if level == Level::Unsupported {
@@ -186,13 +186,13 @@ impl TimedRobot {
         if is_carried { load } else { load.max(NO_CONTACT_FORCES) }
     }
 
-    /// The part of the ground on which the controller wants the zero-moment point.
-    pub(super) fn checked_region(&self, span: &PathSpan) -> ZeroMomentRegion {
-        self.zero_moment_region(span, Level::Bare, 0.0)
-    }
-
-    /// Whether the zero-moment point of a motion is in a region.
-    pub(super) fn keeps_zero_moment(&self, region: &ZeroMomentRegion, waypoint: &Waypoint) -> bool {
+    /// Whether the zero-moment point of a motion keeps the controller's margin.
+    pub(super) fn keeps_zero_moment(
+        &self,
+        contact_ground: &ContactGround,
+        waypoint: &Waypoint,
+    ) -> bool {
+        let region = contact_ground.region(Level::Bare, 0.0);
         region.holds(&self.at_instant(waypoint), || self.at_standstill(waypoint))
     }
 

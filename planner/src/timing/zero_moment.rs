@@ -17,34 +17,46 @@ use crate::timing::tuning::{
     ZERO_MOMENT_RESERVE_PARTIAL, ZERO_MOMENT_SHIFT_MIN,
 };
 
+/// The ground under the contacts of a span, and how far inside the zero-moment point stays.
+#[derive(Debug)]
+pub(crate) struct ContactGround {
+    ground: Ground,
+    /// The margin that the controller demands, m.
+    checked: f64,
+    /// Distance beyond that margin, m.
+    reserve: f64,
+}
+
 /// The part of the ground on which the zero-moment point stays.
 #[derive(Debug)]
-pub(crate) struct ZeroMomentRegion {
-    ground: Ground,
+pub(crate) struct ZeroMomentRegion<'a> {
+    ground: &'a Ground,
     /// Distance to the edge of the ground's region, m.
     margin: f64,
 }
 
-impl ZeroMomentRegion {
-    /// The region of a level under these contacts, `extra` (m) further inside. `checked` is the
-    /// margin (m) that the controller demands, `is_whole` whether all soles are supported wholly.
-    pub fn new(
-        contacts: &[Contact],
-        is_whole: bool,
-        (level, extra): (Level, f64),
-        checked: f64,
-    ) -> Self {
+impl ContactGround {
+    /// The ground under these contacts. `is_whole` says whether all soles are supported wholly,
+    /// `checked` is the margin (m) that the controller demands.
+    pub fn new(contacts: &[Contact], is_whole: bool, checked: f64) -> Self {
         let reserve = if is_whole { ZERO_MOMENT_RESERVE } else { ZERO_MOMENT_RESERVE_PARTIAL };
+        let ground = Ground::under(contacts);
+        let depth = ground.region.margin(ground.region.centroid()).max(0.0);
+        Self { ground, checked, reserve: reserve.min(ZERO_MOMENT_DEPTH_SHARE * depth) }
+    }
+
+    /// The region of a level, `extra` (m) further inside.
+    pub fn region(&self, level: Level, extra: f64) -> ZeroMomentRegion<'_> {
         let share = match level {
             Level::Full | Level::NarrowSole => 1.0,
             Level::Bare | Level::Unsupported => ZERO_MOMENT_BARE_SHARE,
         };
-        let ground = Ground::under(contacts);
-        let depth = ground.region.margin(ground.region.centroid()).max(0.0);
-        let reserve = reserve.min(ZERO_MOMENT_DEPTH_SHARE * depth);
-        Self { ground, margin: checked + share * reserve + extra }
+        let margin = self.checked + share * self.reserve + extra;
+        ZeroMomentRegion { ground: &self.ground, margin }
     }
+}
 
+impl ZeroMomentRegion<'_> {
     /// Keeps the rates whose zero-moment point is inside.
     pub fn clip(&self, dynamics: &PathDynamics, rates: &mut RateSet) {
         for (excess, spare) in self.excesses(dynamics) {
@@ -68,10 +80,7 @@ impl ZeroMomentRegion {
     /// For every side of the region: how far the zero-moment point is beyond it, as an affine
     /// function of the rates that is positive beyond; and how much of that a motion may add to the
     /// configuration at rest, which is positive even where that is beyond.
-    fn excesses<'a>(
-        &'a self,
-        dynamics: &'a PathDynamics,
-    ) -> impl Iterator<Item = (Affine, f64)> + 'a {
+    fn excesses(&self, dynamics: &PathDynamics) -> impl Iterator<Item = (Affine, f64)> {
         let origin = DVec3::new(0.0, 0.0, self.ground.height);
         let [press, about_x, about_y] =
             [2, 3, 4].map(|coordinate| dynamics.wrench(coordinate, origin));
