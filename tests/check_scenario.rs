@@ -13,7 +13,8 @@ use serde_json::Value;
 fn planned(change: impl Fn(&mut Value)) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plan.json").to_str().unwrap().to_owned();
-    let arguments = ["plan", &scenario("stairs_bauzil"), "--seed", "1", "--export", &path];
+    let name = scenario("stairs_bauzil");
+    let arguments = ["plan", &name, "--motion", "quasi_static", "--export", &path];
     assert_eq!(run(&arguments).code, 0);
     let mut plan: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
     change(&mut plan);

@@ -16,6 +16,7 @@ use damage::DamagedPlan;
 use preparation::preparation_for;
 use surefoot_controller_sim::{PlanReport, check_plan};
 use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::plan_file::read::load_plan;
@@ -39,7 +40,7 @@ enum Reason {
 fn planned(scenario: &str, folder: &Path) -> DamagedPlan {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{scenario}.toml"));
-    let scenario = load_scenario(&path).unwrap();
+    let scenario = load_scenario(&path).unwrap().with_motion(MotionKind::QuasiStatic);
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let mut planner =

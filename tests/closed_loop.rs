@@ -13,6 +13,7 @@ use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_planner::pipeline::Retrace;
 use surefoot_planner::pipeline::outcome::EndpointError;
 use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{
@@ -34,6 +35,7 @@ struct Case {
 impl Case {
     fn load(name: &str) -> Self {
         let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
+        let scenario = scenario.with_motion(MotionKind::QuasiStatic);
         let (model, world) =
             (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
         Self { scenario, model, world }

@@ -20,6 +20,7 @@ use preparation::preparation_for;
 use surefoot_controller_sim::execution::simulation::Simulation;
 use surefoot_controller_sim::{Checker, ChunkExecutor, ChunkWalk, Identity, StopCounts};
 use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
@@ -35,6 +36,7 @@ const TICK: f64 = 0.01;
 /// Walks a scenario in simulated time; the states of all ticks.
 fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<SimulationState>) {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
+    let scenario = scenario.with_motion(MotionKind::QuasiStatic);
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let mut planner =

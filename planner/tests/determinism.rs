@@ -17,7 +17,6 @@ use common::{Case, WALKS, repository, run};
 use surefoot_planner::Outcome;
 use surefoot_planner::pipeline::SearchStats;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::config::MotionKind;
 
 const GOLDEN: &str = "tests/data/golden_digests.txt";
 /// Searched in every build.
@@ -77,7 +76,7 @@ fn plan(case: &Case, threads: usize, step: u64) -> (Digest, SearchStats) {
 /// How a search ends, in one line: its outcome, and the digest of the plan or, where there is none,
 /// of all that was counted.
 fn ending(name: &str, threads: usize) -> String {
-    let mut planner = Case::shipped(name).planner(threads);
+    let mut planner = Case::smooth(name).planner(threads);
     let outcome = run(&mut planner, STEP);
     let digest =
         if outcome == Outcome::Found { planner.digest() } else { digest_of(&planner.stats()) };
@@ -126,8 +125,7 @@ fn the_number_of_threads_changes_nothing() {
 #[test]
 fn a_smooth_plan_is_the_same_on_any_number_of_threads_and_in_any_steps() {
     for walk in ["stairs_bauzil", "ibeam_hallway"] {
-        let mut case = Case::shipped(walk);
-        case.scenario.execution.motion = MotionKind::Smooth;
+        let case = Case::smooth(walk);
         let alone = plan(&case, 1, STEP);
         assert_eq!(alone.1.beyond_limits, 0, "{walk}");
         for (threads, step) in [(1, 7), (2, STEP), (4, 1_000)] {

@@ -11,7 +11,6 @@ use common::{Case, WALKS, preparation_for, run};
 use surefoot_planner::methods::method::{Method, MethodParameters};
 use surefoot_planner::pipeline::outcome::Bound;
 use surefoot_planner::{Outcome, Planner};
-use surefoot_shared_types::config::MotionKind;
 
 /// A rough mesh and, in an optimised build, a course of several segments.
 const OTHER_WALKS: &[&str] =
@@ -51,9 +50,7 @@ fn a_built_planner_allocates_no_memory() {
     let infeasible =
         Case::shipped("no_way_ceiling").configured(|planner| planner.work_max = 50_000);
     let walks = WALKS.iter().chain(OTHER_WALKS).map(|walk| (Case::shipped(walk), Outcome::Found));
-    let mut smooth = Case::shipped("flat_walk");
-    smooth.scenario.execution.motion = MotionKind::Smooth;
-    let walks = walks.chain([(smooth, Outcome::Found)]);
+    let walks = walks.chain([(Case::smooth("flat_walk"), Outcome::Found)]);
     let mut failures = vec![];
     for (case, expected) in walks.chain([(infeasible, Outcome::BudgetExhausted(Bound::Work))]) {
         for (threads, work_per_step) in [(1, u64::MAX), (2, 1_000), (3, u64::MAX)] {

@@ -14,7 +14,6 @@ use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_planner::timing::path_point::{PathPoint, PathSpan};
 use surefoot_planner::{Outcome, Planner};
 use surefoot_shared_types::base::spatial::{rotation_distance, scaled_axis_from_rotation};
-use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::planner::FOOT_DRIFT_MAX;
 
 /// Largest distance of a stance sole from its foothold, m and rad.
@@ -24,9 +23,7 @@ const SOLE_ERROR_MAX: f64 = 1e-6;
 const JUMP_MAX: f64 = 1e-2;
 
 fn smooth_planner(name: &str) -> Planner {
-    let mut case = Case::shipped(name);
-    case.scenario.execution.motion = MotionKind::Smooth;
-    let mut planner = case.planner(1);
+    let mut planner = Case::smooth(name).planner(1);
     assert_eq!(run(&mut planner, 20_000), Outcome::Found, "{name}");
     planner
 }

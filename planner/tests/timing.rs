@@ -25,6 +25,7 @@ use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
+use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Interpolation, Ramp, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 
@@ -125,7 +126,7 @@ fn the_power_of_a_motion_is_the_change_of_its_energy() {
 }
 
 fn timing_of(model: &RobotModel, walk: &SmoothWalk) -> PathTiming {
-    let limits = TimingLimits::new(model, SHARE, FRICTION);
+    let limits = TimingLimits::new(model, SHARE, FRICTION, &CheckerConfig::default());
     PathTiming::new(TimedRobot::new(model, limits), walk.points.len() + walk.spans.len())
 }
 
@@ -328,6 +329,7 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     let walk = smooth_walk(&model, 4, 0.12);
     let mut timing = timing_of(&model, &walk);
     let spans = timed(&mut timing, &walk);
+    let path = Path { points: &walk.points, spans: &walk.spans };
     let all: Vec<Waypoint> = spans.concat();
     let (mut brake_after, mut longest, mut latest) = (0.0, 0.0_f64, f64::INFINITY);
     for (index, waypoints) in spans.iter().enumerate() {
@@ -336,7 +338,7 @@ fn every_chunk_holds_a_stop_within_the_limits() {
             let [first, last] = times.chunk(chunk);
             let (begin, end) = (waypoints[first].time, waypoints[last].time);
             assert!(last - first < 32 && times.chunk_times(chunk) == [begin, end]);
-            let stop = timing.stop(index, chunk).unwrap();
+            let stop = timing.stop(path, index, chunk).unwrap();
             println!("{index} {begin:.3}..{end:.3} {stop:?}");
             let rest = stop.brake_at + 0.5 * stop.brake_duration;
             assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);

@@ -26,3 +26,10 @@ def robot() -> surefoot.Robot:
 def plan(robot: surefoot.Robot) -> surefoot.Plan:
     """A short walk on a flat floor."""
     return surefoot.plan(robot, "flat_walk", start=(0.5, 0, 0), goal=(1.5, 0, 0))
+
+
+@pytest.fixture(scope="session")
+def straight_plan(robot: surefoot.Robot) -> surefoot.Plan:
+    """The same walk in straight lines."""
+    parameters = {"execution": {"motion": "quasi_static"}}
+    return surefoot.plan(robot, "flat_walk", (0.5, 0, 0), (1.5, 0, 0), parameters=parameters)

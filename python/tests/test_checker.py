@@ -8,7 +8,8 @@ import pytest
 import surefoot
 
 
-def test_an_accepted_plan_has_margins_and_loads(plan: surefoot.Plan) -> None:
+def test_an_accepted_plan_has_margins_and_loads(straight_plan: surefoot.Plan) -> None:
+    plan = straight_plan
     checker = surefoot.Checker(plan.robot)
     report = checker.check(plan)
     assert report.valid and report.violations() == [] and report.start.violation is None

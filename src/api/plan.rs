@@ -43,13 +43,12 @@ pub struct Foothold {
 
 impl Foothold {
     fn new(contact: &Contact, time: f64) -> Option<Self> {
-        let polygon = contact.polygon.iter().take(contact.polygon_len as usize);
         Some(Self {
             foot: Foot::of_limb(contact.limb)?,
             time,
             position: contact.position,
             rotation: contact.rotation,
-            polygon: polygon.copied().collect(),
+            polygon: contact.polygon().to_vec(),
         })
     }
 }

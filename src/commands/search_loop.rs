@@ -111,7 +111,8 @@ fn planned(
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
         walk,
-        smooth: planner.smooth_path().map(|_| Box::new(smooth_motion(&stats))),
+        smooth: (planner.smooth_path().is_some() || stats.is_untimed)
+            .then(|| Box::new(smooth_motion(&stats))),
     }
 }
 
@@ -122,6 +123,7 @@ fn smooth_motion(stats: &SearchStats) -> SmoothMotion {
         relaxed_points: stats.relaxed_points,
         beyond_limits: stats.beyond_limits,
         without_stop: stats.without_stop,
+        is_untimed: stats.is_untimed,
     }
 }
 

@@ -145,12 +145,20 @@ pub struct SmoothMotion {
     pub beyond_limits: u64,
     /// Chunks in which the robot cannot stop within the limits.
     pub without_stop: u64,
+    /// Whether the plan keeps the searched motion, because of a piece beyond the limits or a chunk
+    /// without a stop.
+    #[serde(default)]
+    pub is_untimed: bool,
 }
 
 impl SmoothMotion {
     /// The counts in one line.
     pub fn describe(&self) -> String {
-        let Self { rests, searched_phases, relaxed_points, beyond_limits, without_stop } = self;
+        let Self { rests, searched_phases, relaxed_points, beyond_limits, without_stop, .. } = self;
+        if self.is_untimed {
+            return "quasi-static; a part of the smooth path has no timing within the limits"
+                .into();
+        }
         format!(
             "smooth; {rests} rests, {searched_phases} searched phases, {relaxed_points} points with \
              smaller margins, {beyond_limits} beyond the limits, {without_stop} chunks without a stop"

@@ -13,7 +13,9 @@ pub static PLAN: LazyLock<PathBuf> = LazyLock::new(|| {
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join(format!("plan-{}.json", std::process::id()));
     let text = path.to_str().unwrap();
-    let output = run(&["plan", "configs/scenarios/ibeam_gap.toml", "--quiet", "--export", text]);
+    let scenario = "configs/scenarios/ibeam_gap.toml";
+    let arguments = ["plan", scenario, "--motion", "quasi_static", "--quiet", "--export", text];
+    let output = run(&arguments);
     assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     path
 });

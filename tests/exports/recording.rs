@@ -107,7 +107,9 @@ fn walks_and_plans_are_recorded() {
     let record = path.to_str().unwrap();
     for command in ["plan", "walk"] {
         let scenario = "configs/scenarios/ibeam_gap.toml";
-        let output = run(&[command, scenario, "--quiet", "--record", record]);
+        let motion = ["--motion", "quasi_static"];
+        let arguments = [&[command, scenario, "--quiet", "--record", record], &motion[..]].concat();
+        let output = run(&arguments);
         assert_eq!(output.code, 0, "{}{}", output.out, output.err);
         let file = McapFile::read(&std::fs::read(&path).unwrap());
         assert_eq!(file.metadata["plan_digest"], MOTION.origin.as_ref().unwrap().plan);

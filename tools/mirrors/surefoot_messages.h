@@ -153,6 +153,14 @@
 #define SUREFOOT_FLAG_MISSED 4
 /* The layout version in SimulationState::schema. */
 #define SUREFOOT_STATE_SCHEMA 1
+/* The robot stands where the stop of a chunk ends. */
+#define SUREFOOT_RECORDED_PACE_AT_REST 0
+/* Plan time passes at full speed. */
+#define SUREFOOT_RECORDED_PACE_WALKING 1
+/* The robot brakes as the stop of a chunk says. */
+#define SUREFOOT_RECORDED_PACE_BRAKING 2
+/* The robot goes on after the stop of a chunk. */
+#define SUREFOOT_RECORDED_PACE_GOING_ON 3
 
 /* SHA-256. */
 typedef struct { uint8_t bytes[32]; } surefoot_Digest;

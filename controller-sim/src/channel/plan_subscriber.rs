@@ -342,8 +342,8 @@ impl PlanSubscriber {
             ChunkTriage::Ignore => return Ok(Received::Ignored),
             ChunkTriage::Refuse(check) => {
                 self.stream_state.refuse(check, 0, None);
-                let feedback = self.feedback_publisher.next_feedback(&self.stream_state);
-                self.journal.write(self.stream_state.stream_after_first(), &feedback);
+                let walk = self.walk_progress();
+                record(&mut self.journal, &self.stream_state, walk.get());
             }
             ChunkTriage::Check => self.check_and_execute(chunk, execution)?,
         }
@@ -388,8 +388,7 @@ impl PlanSubscriber {
         if !matches!(decision, ChunkDecision::Refused { .. }) {
             self.journal.store(decided.walked(), chunk);
         }
-        let feedback = decided.feedback(decided.stats().received, walk.get());
-        self.journal.write(decided.stream_after_first(), &feedback);
+        record(&mut self.journal, &decided, walk.get());
         execution.execute(chunk, &decision, &mut heartbeat);
         self.stream_state = decided;
         published
@@ -414,6 +413,12 @@ impl PlanSubscriber {
         self.participant.chunk_wake_pipe.wait(HEARTBEAT_INTERVAL);
         Ok(())
     }
+}
+
+/// Writes a decision into the journal before the planner receives it.
+fn record(journal: &mut Journal, decided: &StreamState, walk: WalkProgress) {
+    let feedback = decided.feedback(decided.stats().received, walk);
+    journal.write(decided.stream_after_first(), &feedback);
 }
 
 /// Result of one receive call.

@@ -252,9 +252,7 @@ impl Checker {
         waypoint: &Waypoint,
     ) -> ContactLoad {
         let (model, joints) = (&self.unlocked, self.model.joints.len());
-        let mut configuration = Configuration::of_waypoint(waypoint, joints);
-        configuration.q.extend_from_slice(&model.standing_q[joints..]);
-        let posture = Posture::new(model, &configuration);
+        let posture = Posture::new(model, &Configuration::of_unlocked(model, waypoint, joints));
         let dynamics = InverseDynamics::new(model, &posture, waypoint);
         moving_load((model, &posture), &mut self.equilibrium, &sole_supports.0, &dynamics)
     }

@@ -47,9 +47,7 @@ fn unused_share(
     instant: &Waypoint,
     share_max: f64,
 ) -> Result<f64, String> {
-    let mut configuration = Configuration::of_waypoint(instant, joints);
-    configuration.q.extend_from_slice(&model.standing_q[joints..]);
-    let posture = Posture::new(model, &configuration);
+    let posture = Posture::new(model, &Configuration::of_unlocked(model, instant, joints));
     let dynamics = InverseDynamics::new(model, &posture, instant);
     let torques = dynamics
         .torques(model, &posture, generators, share_max)

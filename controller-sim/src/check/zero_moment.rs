@@ -77,11 +77,13 @@ impl Support {
     }
 }
 
-/// The mean height of the contact points, m.
+/// The mean height of the soles' supports, m: each counts the same, however many points it has.
 fn ground_height(case: &Case) -> f64 {
-    let points = case.supports.iter().flat_map(|support| &support.points);
-    let count = points.clone().count().max(1) as f64;
-    points.map(|point| point.position.z).sum::<f64>() / count
+    let heights = case.supports.iter().map(|support| {
+        let count = support.points.len().max(1) as f64;
+        support.points.iter().map(|point| point.position.z).sum::<f64>() / count
+    });
+    heights.sum::<f64>() / case.supports.len().max(1) as f64
 }
 
 /// The zero-moment point at every instant at which its windowed value may be extreme: at the

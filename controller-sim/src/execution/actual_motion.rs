@@ -6,6 +6,7 @@ use surefoot_shared_types::base::spatial::interpolate;
 use surefoot_shared_types::message::{PlanChunk, Waypoint};
 
 use crate::check::checker::Checker;
+use crate::check::course::PlanRate;
 use crate::execution::tuning::DIFFERENCE_SECONDS;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::kinematics::leg_ik::solve_leg_ik;
@@ -121,10 +122,9 @@ impl MisplacedFoot {
 fn remaining(chunk: &PlanChunk, time: f64) -> f64 {
     let (begin, end) = (chunk.waypoints[0].time, end_time(chunk));
     let share = if end > begin { ((time - begin) / (end - begin)).clamp(0.0, 1.0) } else { 0.0 };
-    let [square, cube] = [share * share, share * share * share];
     if chunk.is_smooth() {
-        1.0 - cube * (10.0 - 15.0 * share + 6.0 * square)
+        PlanRate::of_ramp(share, 1.0, true).rate
     } else {
-        1.0 - square * (3.0 - 2.0 * share)
+        1.0 - share * share * (3.0 - 2.0 * share)
     }
 }

@@ -102,8 +102,14 @@ impl GroundTruth {
         chunk: &PlanChunk,
         violation: &Violation,
     ) -> Option<WorldCorrection> {
-        let by_world =
-            matches!(violation.check, Check::Contact | Check::Balance | Check::Collision);
+        let by_world = matches!(
+            violation.check,
+            Check::Contact
+                | Check::Balance
+                | Check::Collision
+                | Check::ZeroMoment
+                | Check::DynamicTorque
+        );
         if !by_world || self.reported >= CORRECTIONS_MAX {
             return None;
         }

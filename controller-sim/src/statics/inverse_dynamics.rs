@@ -88,10 +88,7 @@ impl InverseDynamics {
         share_max: f64,
     ) -> Option<Vec<f64>> {
         let weight = model.mass() * GRAVITY;
-        let loaded: Vec<(usize, Vec<f64>)> = (0..model.joints.len())
-            .map(|joint| (joint, taken_by(model, posture, generators, joint)))
-            .filter(|(_, taken)| taken.iter().any(|share| *share != 0.0))
-            .collect();
+        let loaded = loaded_joints(model, posture, generators);
         let share = |(joint, taken): &(usize, Vec<f64>)| {
             let effort = model.joints[*joint].effort;
             let row: Vec<f64> = taken.iter().map(|value| -weight * value / effort).collect();
@@ -99,13 +96,7 @@ impl InverseDynamics {
         };
         let balance = self.balance(model, generators);
         let program = MinimaxEffort::with_balance(balance, loaded.iter().map(share).collect());
-        let torques = |forces: Vec<f64>| {
-            let mut torques = self.free.clone();
-            for (joint, taken) in &loaded {
-                torques[*joint] -= weight * dot(taken, &forces);
-            }
-            torques
-        };
+        let torques = |forces: Vec<f64>| self.unloaded(&loaded, weight, &forces);
         let fits = |torques: &Vec<f64>| {
             let joints = torques.iter().zip(&model.joints);
             joints.into_iter().all(|(torque, joint)| torque.abs() <= share_max * joint.effort)
@@ -130,13 +121,31 @@ impl InverseDynamics {
         (generators, forces): (&[Generator], &[f64]),
     ) -> Vec<f64> {
         let weight = model.mass() * GRAVITY;
-        let unloaded = |(joint, free): (usize, &f64)| {
-            let taken = taken_by(model, posture, generators, joint);
-            let shares = taken.iter().zip(forces).map(|(taken, force)| taken * force);
-            free - weight * shares.sum::<f64>()
-        };
-        self.free.iter().enumerate().map(unloaded).collect()
+        self.unloaded(&loaded_joints(model, posture, generators), weight, forces)
     }
+
+    fn unloaded(&self, loaded: &[LoadedJoint], weight: f64, forces: &[f64]) -> Vec<f64> {
+        let mut torques = self.free.clone();
+        for (joint, taken) in loaded {
+            torques[*joint] -= weight * dot(taken, forces);
+        }
+        torques
+    }
+}
+
+/// A joint, and by how much one unit of each generator unloads it.
+type LoadedJoint = (usize, Vec<f64>);
+
+/// The joints that some generator unloads.
+fn loaded_joints(
+    model: &RobotModel,
+    posture: &Posture,
+    generators: &[Generator],
+) -> Vec<LoadedJoint> {
+    (0..model.joints.len())
+        .map(|joint| (joint, taken_by(model, posture, generators, joint)))
+        .filter(|(_, taken)| taken.iter().any(|share| *share != 0.0))
+        .collect()
 }
 
 /// By how much one unit of each generator unloads a joint.

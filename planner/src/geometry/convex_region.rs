@@ -59,6 +59,11 @@ impl ConvexRegion {
         &self.vertices
     }
 
+    /// The half planes whose intersection is the region.
+    pub(crate) fn sides(&self) -> &[HalfPlane] {
+        &self.sides
+    }
+
     /// Signed distance of a point to the border (m), positive inside; minus infinity for a
     /// degenerate region.
     pub fn margin(&self, point: DVec2) -> f64 {

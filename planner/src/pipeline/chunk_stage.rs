@@ -10,7 +10,7 @@ use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::pipeline::timed_chunks::TimedChunks;
-use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
+use crate::plan::chunk_builder::{Checkpoint, ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
 use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
@@ -27,6 +27,8 @@ pub(crate) struct ChunkStage {
     is_written: bool,
     /// The timing of a smooth path; none where plans keep the searched motion.
     timed: Option<TimedChunks>,
+    /// The chunks before those of the smooth path.
+    before: Option<Checkpoint>,
     digest: Digest,
 }
 
@@ -34,7 +36,7 @@ impl ChunkStage {
     /// Takes the chunks of a plan, which are none yet or those that retrace.
     pub fn new(chunks: ChunkBuilder, timing: Option<PathTiming>) -> Self {
         let timed = timing.map(TimedChunks::new);
-        Self { chunks, next: 0, is_written: false, timed, digest: Digest::default() }
+        Self { chunks, next: 0, is_written: false, timed, before: None, digest: Digest::default() }
     }
 
     /// Bytes reserved.
@@ -55,16 +57,24 @@ impl ChunkStage {
         budget: u64,
     ) -> Result<Event, ArenaFull> {
         if self.is_written {
-            self.finalize(context, search, budget)
-        } else if let (Some(timed), Some(path)) = (&mut self.timed, path) {
-            let units = timed.advance(path, &mut self.chunks)?;
-            search.stats.work += units.unwrap_or(1);
-            timed.count(&mut search.stats);
-            self.is_written = units.is_none();
-            Ok(Event::Continue)
-        } else {
-            self.write(context, search, budget)
+            return self.finalize(context, search, budget);
         }
+        // Where some part of the path has no timing within the limits, the plan keeps the searched
+        // motion.
+        let timed = self.timed.as_mut().filter(|timed| timed.is_within());
+        let (Some(timed), Some(path)) = (timed, path) else {
+            return self.write(context, search, budget);
+        };
+        let before = self.before.get_or_insert_with(|| self.chunks.checkpoint());
+        let units = timed.advance(path, &mut self.chunks)?;
+        search.stats.work += units.unwrap_or(1);
+        timed.count(&mut search.stats);
+        search.stats.is_untimed = !timed.is_within();
+        if search.stats.is_untimed {
+            self.chunks.rewind(before);
+        }
+        self.is_written = units.is_none() && !search.stats.is_untimed;
+        Ok(Event::Continue)
     }
 
     /// Writes the chunks of the next motions, and finalizes those of earlier motions.

@@ -226,8 +226,7 @@ pub(crate) fn stand_in(
         }
     }
     let footholds = [left, right].map(|contact| {
-        let polygon = &contact.polygon[..(contact.polygon_len as usize).min(contact.polygon.len())];
-        let support = polygon.iter().map(|vertex| DVec2::from_array(*vertex)).collect();
+        let support = contact.polygon().iter().map(|vertex| DVec2::from_array(*vertex)).collect();
         Foothold::of(&constraints.robot, contact.limb as usize, contact.world_from_sole(), support)
     });
     let configuration = Configuration {

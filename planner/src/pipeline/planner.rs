@@ -294,7 +294,8 @@ impl Planner {
     /// The smooth path of the plan, once found: its points and its spans. None where the plan keeps
     /// the searched motion.
     pub fn smooth_path(&self) -> Option<(&[PathPoint], &[PathSpan])> {
-        let path = self.stages.smooth_path.path().filter(|_| self.has_found())?;
+        let is_executed = self.has_found() && !self.stats().is_untimed;
+        let path = self.stages.smooth_path.path().filter(|_| is_executed)?;
         Some((path.points, path.spans))
     }
 

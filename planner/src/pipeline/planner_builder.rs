@@ -33,7 +33,7 @@ use crate::pipeline::planner::{Planner, Stages};
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::relaxation_stage::RelaxationStage;
-use crate::pipeline::retrace::{Retrace, lift_off_before};
+use crate::pipeline::retrace::{Retrace, executed_before, lift_off_before};
 use crate::pipeline::route_stage::RouteStage;
 use crate::pipeline::search::{Connections, FootholdSampling, Search, SearchStats};
 use crate::pipeline::segment_searches::SegmentSearches;
@@ -283,7 +283,8 @@ impl<'a> PlannerBuilder<'a> {
     /// The timing of smooth paths, if plans are smoothed.
     fn timing(&self) -> Option<PathTiming> {
         let execution = &self.scenario.execution;
-        let limits = TimingLimits::new(self.model, execution.share, self.world.mu);
+        let limits =
+            TimingLimits::new(self.model, execution.share, self.world.mu, &self.scenario.checker);
         let points_max = self.scenario.planner.waypoints_max as usize;
         (execution.motion == MotionKind::Smooth)
             .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
@@ -325,8 +326,13 @@ impl<'a> PlannerBuilder<'a> {
             None
         };
         let Some(lift_off) = lift_off else { return Ok(()) };
+        let rests = self.scenario.execution.motion == MotionKind::Smooth;
+        let mut stop = Some(&rest_state.waypoint);
         for chunk in lift_off.since.iter().rev() {
-            if let Err(full) = planner.stages.chunks.chunks.append_reversed(chunk) {
+            let Some(end) = stop.take().or(chunk.waypoints().last()) else { continue };
+            let before = executed_before(chunk, end.time);
+            let chunks = &mut planner.stages.chunks.chunks;
+            if let Err(full) = chunks.append_reversed(chunk, (end, before), rests) {
                 planner.end(Outcome::ArenaFull(full));
             }
         }

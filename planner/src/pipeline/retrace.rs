@@ -5,7 +5,7 @@
 //! execute its last motions in reverse, since it has been there. So the lifted foot returns to
 //! where it was lifted, farther back if necessary, and the search starts there.
 
-use surefoot_shared_types::message::{PlanChunk, RestState, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Interpolation, PlanChunk, RestState, SupportMode, Waypoint};
 use surefoot_shared_types::world::world::World;
 
 use crate::constraints::constraints::Constraints;
@@ -29,7 +29,8 @@ pub struct Retrace {
 pub(crate) struct LiftOff<'a> {
     /// The state, with the support that the world gives it.
     pub rest_state: RestState,
-    /// The chunks executed since, the first one first.
+    /// The chunks executed since, the first one first. Of a smooth chunk in which the robot rests,
+    /// only the motion up to there is executed.
     pub since: &'a [PlanChunk],
     /// Number of such states from here to the current state.
     pub depth: usize,
@@ -69,14 +70,19 @@ pub(crate) fn lift_off_before<'a>(
     Ok(farthest)
 }
 
-/// The first chunk from which on each begins where the one before it ends, and the last one ends in
-/// `rest_state`; the number of chunks if the last one does not.
+/// The first chunk from which on each begins where the one before it ends, and the last one leads
+/// to `rest_state`; the number of chunks if the last one does not.
 fn connected_from(rest_state: &RestState, executed: &[PlanChunk]) -> usize {
-    let mut at = &rest_state.waypoint;
-    let mut first = executed.len();
-    for chunk in executed.iter().rev() {
-        let [begin, .., end] = chunk.waypoints() else { break };
-        if !is_same_configuration(end, at) {
+    let Some((last, before)) = executed.split_last() else { return 0 };
+    let rest = &rest_state.waypoint;
+    let leads_to_rest = rests_within(last, rest) || ends_in(last, rest);
+    if !leads_to_rest || executed_before(last, rest.time).next().is_none() {
+        return executed.len();
+    }
+    let (mut at, mut first) = (&last.waypoints()[0], before.len());
+    for chunk in before.iter().rev() {
+        let [begin, .., _] = chunk.waypoints() else { break };
+        if !ends_in(chunk, at) {
             break;
         }
         (at, first) = (begin, first - 1);
@@ -84,9 +90,43 @@ fn connected_from(rest_state: &RestState, executed: &[PlanChunk]) -> usize {
     first
 }
 
-fn is_same_configuration(a: &Waypoint, b: &Waypoint) -> bool {
-    (a.root_position, a.root_rotation, a.q) == (b.root_position, b.root_rotation, b.q)
+fn ends_in(chunk: &PlanChunk, at: &Waypoint) -> bool {
+    chunk.waypoints().last().is_some_and(|end| difference(end, at) == 0.0)
 }
+
+/// Whether the robot passes a waypoint on the way through a smooth chunk, in which it stops if no
+/// chunk follows.
+fn rests_within(chunk: &PlanChunk, rest: &Waypoint) -> bool {
+    let waypoints = chunk.waypoints();
+    let after = waypoints.partition_point(|waypoint| waypoint.time <= rest.time);
+    if !chunk.is_smooth() || !(1..waypoints.len()).contains(&after) {
+        return false;
+    }
+    let [from, to] = [&waypoints[after - 1], &waypoints[after]];
+    difference(&Interpolation::Quintic.between(from, to, rest.time), rest) <= REST_DIFFERENCE_MAX
+}
+
+/// The waypoints of an executed chunk before a time (s), the last one first.
+pub(crate) fn executed_before(
+    chunk: &PlanChunk,
+    time: f64,
+) -> impl DoubleEndedIterator<Item = &Waypoint> + Clone {
+    chunk.waypoints().iter().filter(move |waypoint| waypoint.time < time - INTERVAL_MIN).rev()
+}
+
+/// The largest difference of two configurations in any number.
+fn difference(a: &Waypoint, b: &Waypoint) -> f64 {
+    let numbers = |waypoint: &Waypoint| {
+        let Waypoint { root_position, root_rotation, q, .. } = *waypoint;
+        root_position.into_iter().chain(root_rotation).chain(q)
+    };
+    numbers(a).zip(numbers(b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Largest difference of a rest from the plan's motion, by which both sides' rounding may differ.
+const REST_DIFFERENCE_MAX: f64 = 1e-9;
+/// Shortest interval (s) before a rest that is retraced.
+const INTERVAL_MIN: f64 = 1e-6;
 
 /// Number of steps in the first `retraced` of a plan's chunks.
 pub(crate) fn steps_retraced(chunks: &[PlanChunk], retraced: usize) -> usize {

@@ -173,6 +173,9 @@ pub struct SearchStats {
     pub beyond_limits: u64,
     /// Chunks of a smooth path in which the robot cannot stop within the limits.
     pub without_stop: u64,
+    /// Whether the plan keeps the searched motion because some part of its smooth path has no
+    /// timing within the limits.
+    pub is_untimed: bool,
     /// Edges of the current guide route.
     pub route_edges: LabelStats,
     /// Edges of the trees of stage P.

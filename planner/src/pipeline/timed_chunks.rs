@@ -45,6 +45,11 @@ impl TimedChunks {
         stats.without_stop = self.without_stop;
     }
 
+    /// Whether all of the motion is within the limits and the robot can stop in every chunk.
+    pub fn is_within(&self) -> bool {
+        self.timing.stats().beyond == 0 && self.without_stop == 0
+    }
+
     /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
     /// all chunks are written.
     ///
@@ -85,8 +90,8 @@ impl TimedChunks {
     }
 
     /// How the robot stops in a chunk. Where no ramp is within the limits, it is the longest one.
-    fn stop(&mut self, span: usize, chunk: usize, end: f64) -> Stop {
-        let found = self.timing.stop(span, chunk);
+    fn stop(&mut self, path: Path<'_>, (span, chunk): (usize, usize), end: f64) -> Stop {
+        let found = self.timing.stop(path, span, chunk);
         self.without_stop += u64::from(found.is_none());
         found.unwrap_or_else(|| {
             let seconds = 2.0 * (end - self.brake_after);
@@ -105,7 +110,7 @@ impl TimedChunks {
         let count = times.chunks();
         for part in 0..count {
             let [first, last] = times.chunk(part);
-            let stop = self.stop(index, part, times.at(last, times.intervals));
+            let stop = self.stop(path, (index, part), times.at(last, times.intervals));
             self.brake_after = stop.brake_at;
             let waypoints =
                 (first..last + 1).map(|at| self.timing.waypoint(path, index, &times, at));

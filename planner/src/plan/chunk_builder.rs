@@ -1,6 +1,7 @@
 //! Splits a walk into plan chunks at waypoints, which are all statically stable, computes their
 //! times and finalizes them.
 
+use bytemuck::Zeroable;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
@@ -10,8 +11,9 @@ use crate::base::arena::zeroed;
 use crate::base::capacity::ArenaFull;
 use crate::base::threads::Threads;
 use crate::constraints::foothold::Foothold;
-use crate::plan::time_parameterization::{Ground, TimeParameterization, accumulate};
+use crate::plan::time_parameterization::{TimeParameterization, accumulate};
 use crate::robot::configuration::Configuration;
+use crate::timing::ground::Ground;
 use crate::timing::path_point::PathSpan;
 use crate::timing::stops::Stop;
 
@@ -78,8 +80,16 @@ pub struct TimedPart<'a> {
     pub stop: Stop,
 }
 
+/// The chunks at some time before more were appended.
+#[derive(Debug, Clone)]
+pub struct Checkpoint {
+    written: usize,
+    waypoints: u64,
+    finalized: FinalizedStream,
+}
+
 /// State of the stream after the finalized chunks.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct FinalizedStream {
     plan_id: u64,
     epoch: u64,
@@ -87,6 +97,8 @@ struct FinalizedStream {
     count: usize,
     /// The time at which they end, s.
     time: f64,
+    /// Number of the first chunks that rest at every waypoint.
+    resting: usize,
     /// The time at which a timed path begins, once it has begun, s.
     path_begin: Option<f64>,
     /// Digest of the stream up to their end.
@@ -116,6 +128,7 @@ impl ChunkBuilder {
                 epoch: 0,
                 count: 0,
                 time: 0.0,
+                resting: 0,
                 path_begin: None,
                 stream: Digest::default(),
             },
@@ -143,22 +156,44 @@ impl ChunkBuilder {
         self.waypoints
     }
 
-    /// Appends a chunk of an earlier plan in reverse.
+    /// The state before a timed path is appended.
+    pub fn checkpoint(&self) -> Checkpoint {
+        let Self { written, waypoints, ref finalized, .. } = *self;
+        Checkpoint { written, waypoints, finalized: finalized.clone() }
+    }
+
+    /// Drops all chunks since a checkpoint.
+    pub fn rewind(&mut self, to: &Checkpoint) {
+        self.chunks[to.written..self.written].fill(PlanChunk::zeroed());
+        (self.written, self.waypoints, self.last_timed) = (to.written, to.waypoints, None);
+        self.finalized = to.finalized.clone();
+    }
+
+    /// Appends the motion of an executed chunk in reverse: from `end` through `before`, the
+    /// waypoints before it, the last one first. With `rests` it rests at every waypoint, as a plan
+    /// that consists of polynomials states it.
     ///
     /// # Errors
     /// The arena is full.
-    pub fn append_reversed(&mut self, executed: &PlanChunk) -> Result<(), ArenaFull> {
+    pub fn append_reversed<'a>(
+        &mut self,
+        executed: &PlanChunk,
+        (end, before): (&'a Waypoint, impl Iterator<Item = &'a Waypoint> + Clone),
+        rests: bool,
+    ) -> Result<(), ArenaFull> {
         let at = self.written;
-        self.reserve(executed.waypoints().len() - 1, 1)?;
-        let waypoints = executed.waypoints().iter().rev().map(Waypoint::rested);
-        let contacts = executed.contacts();
-        write(
-            &mut self.chunks[at],
-            (&self.provenance, &self.timing),
-            executed.mode,
-            (contacts, &Ground::under(contacts)),
-            waypoints,
-        );
+        self.reserve(before.clone().count(), 1)?;
+        let (chunk, contacts) = (&mut self.chunks[at], executed.contacts());
+        let waypoints = std::iter::once(end).chain(before).map(Waypoint::rested);
+        let ground = Ground::under(contacts);
+        let inputs = (&self.provenance, &self.timing);
+        write(chunk, inputs, executed.mode, (contacts, &ground), waypoints);
+        if rests {
+            let used = chunk.waypoints_len as usize;
+            self.timing.set_intervals_between_rests(&mut chunk.waypoints[..used], &ground);
+            chunk.interpolation = Interpolation::Quintic as u64;
+            self.finalized.resting = self.written;
+        }
         Ok(())
     }
 
@@ -261,7 +296,7 @@ impl FinalizedStream {
     /// Completes a chunk and its digest. A chunk without a timed path ends at rest.
     fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
-        if chunk.interpolation == Interpolation::Quintic as u64 {
+        if chunk.is_smooth() && self.count >= self.resting {
             let begin = *self.path_begin.get_or_insert(self.time);
             chunk.waypoints[..used].iter_mut().for_each(|waypoint| waypoint.time += begin);
             chunk.brake_at += begin;
@@ -347,7 +382,7 @@ fn waypoint(configuration: &Configuration) -> Waypoint {
 
 /// The contact of a foothold.
 pub(crate) fn contact_of(foothold: &Foothold) -> Contact {
-    let mut contact: Contact = bytemuck::Zeroable::zeroed();
+    let mut contact = Contact::zeroed();
     contact.limb = foothold.limb as u32;
     contact.polygon_len = foothold.support.len() as u32;
     contact.position = foothold.world_from_sole.translation.to_array();

@@ -113,12 +113,8 @@ pub fn mode_of_contacts(support: SupportMode, contacts: &[Contact]) -> Option<Mo
 }
 
 fn foothold_of(contact: &Contact) -> Foothold {
-    let pose = Pose::from_parts(contact.position.into(), glam::DQuat::from_array(contact.rotation));
-    let support = contact.polygon[..contact.polygon_len as usize]
-        .iter()
-        .map(|vertex| (*vertex).into())
-        .collect();
-    Foothold::new(contact.limb as usize, pose, support)
+    let support = contact.polygon().iter().map(|vertex| (*vertex).into()).collect();
+    Foothold::new(contact.limb as usize, contact.world_from_sole(), support)
 }
 
 /// The configuration of a waypoint.

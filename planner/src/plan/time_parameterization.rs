@@ -19,18 +19,18 @@
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
-use surefoot_shared_types::message::{Contact, Waypoint};
+use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::geometry::convex_region::ConvexRegion;
 use crate::kinematics::forward::Kinematics;
 use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
     ACCELERATION_SHARE, BALANCE_RESERVE_MIN, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX,
-    LIMIT_SHARE, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    LIMIT_SHARE, POLYNOMIAL_SLOWDOWN, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
 };
 use crate::robot::mechanism::LINKS_MAX;
+use crate::timing::ground::Ground;
 
 /// Most intervals of a chunk.
 pub const INTERVALS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
@@ -61,33 +61,6 @@ impl BalanceReserve {
     /// support region.
     fn of(&self, margin: f64) -> f64 {
         (margin - self.checked_margin).clamp(BALANCE_RESERVE_MIN, self.most)
-    }
-}
-
-/// Where the feet of a motion stand.
-#[derive(Debug, Clone)]
-pub struct Ground {
-    /// Mean height of the soles, m.
-    height: f64,
-    /// Region of the centre of mass in world x and y.
-    region: ConvexRegion,
-}
-
-impl Ground {
-    /// The ground under these contacts.
-    pub fn under(contacts: &[Contact]) -> Self {
-        let heights = contacts.iter().map(|contact| contact.position[2]);
-        let vertices = contacts.iter().flat_map(|contact| {
-            let world_from_sole = contact.world_from_sole();
-            let polygon = &contact.polygon[..contact.polygon_len as usize];
-            let seen_from_above =
-                move |vertex: &[f64; 2]| world_from_sole * DVec2::from(*vertex).extend(0.0);
-            polygon.iter().map(seen_from_above).map(DVec3::truncate)
-        });
-        Self {
-            height: heights.sum::<f64>() / contacts.len().max(1) as f64,
-            region: ConvexRegion::hull(vertices),
-        }
     }
 }
 
@@ -138,6 +111,16 @@ impl TimeParameterization {
         }
     }
 
+    /// Does the same for a motion along polynomials of degree 5 that rests at every waypoint.
+    pub fn set_intervals_between_rests(&self, waypoints: &mut [Waypoint], ground: &Ground) {
+        let (displacements, shortest) = self.displacements_between(waypoints, ground);
+        let times = displacements.iter().map(rest_to_rest).zip(shortest);
+        let times = times.map(|(time, shortest)| POLYNOMIAL_SLOWDOWN * time.max(shortest));
+        for (waypoint, interval) in waypoints.iter_mut().skip(1).zip(times) {
+            waypoint.time = interval;
+        }
+    }
+
     /// The factor of all times with which the joints keep their limits, at least 1.
     fn time_scale(&self, waypoints: &[Waypoint], intervals: &[f64; INTERVALS_MAX]) -> f64 {
         let needed = needed_accelerations(waypoints, intervals);
@@ -148,10 +131,15 @@ impl TimeParameterization {
         shares.fold(1.0, f64::max).sqrt()
     }
 
-    /// The time from each waypoint to the next, s.
-    fn intervals(&self, waypoints: &[Waypoint], ground: &Ground) -> [f64; INTERVALS_MAX] {
+    /// The displacements from each waypoint to the next, and the shortest times (s) within the
+    /// limits of speed.
+    fn displacements_between(
+        &self,
+        waypoints: &[Waypoint],
+        ground: &Ground,
+    ) -> ([Displacements; INTERVALS_MAX], [f64; INTERVALS_MAX]) {
         let mut displacements = [Displacements::NONE; INTERVALS_MAX];
-        let (mut shortest, mut times) = ([0.0; INTERVALS_MAX], [0.0; INTERVALS_MAX]);
+        let mut shortest = [0.0; INTERVALS_MAX];
         let centres = self.centres_of_mass(waypoints);
         let margins = centres.iter().map(|centre| ground.region.margin(centre.truncate()));
         let shift_max = CENTRE_SHIFT_SHARE * self.balance.of(margins.fold(f64::INFINITY, f64::min));
@@ -164,8 +152,15 @@ impl TimeParameterization {
                 centre: (centres[1] - centres[0]).truncate() / acceleration,
             };
             shortest[index] = self.shortest(pair);
-            times[index] = shortest[index].max(rest_to_rest(&displacements[index]));
         }
+        (displacements, shortest)
+    }
+
+    /// The time from each waypoint to the next, s.
+    fn intervals(&self, waypoints: &[Waypoint], ground: &Ground) -> [f64; INTERVALS_MAX] {
+        let (displacements, shortest) = self.displacements_between(waypoints, ground);
+        let mut times =
+            std::array::from_fn(|index| shortest[index].max(rest_to_rest(&displacements[index])));
         let count = waypoints.len().saturating_sub(1);
         for sweep in 0..SWEEPS {
             for step in 0..count {
@@ -263,6 +258,7 @@ mod tests {
     use surefoot_shared_types::robot::load::load_robot;
 
     use super::*;
+    use crate::geometry::convex_region::ConvexRegion;
 
     const LIMIT: f64 = 5.0;
 

@@ -23,6 +23,10 @@ pub(crate) const BALANCE_RESERVE_MIN: f64 = 2e-4;
 /// A change of the speed of the centre of mass at a waypoint counts as spread over at most this
 /// time, s.
 pub(crate) const SPREAD_MAX: f64 = 0.2;
+/// The time of a motion along a polynomial of degree 5 from rest to rest over that of a motion with
+/// two equal accelerations: its largest acceleration is `5.78 d / T^2`, that of the other one
+/// `2 d / T^2`.
+pub(crate) const POLYNOMIAL_SLOWDOWN: f64 = 1.75;
 /// Sweeps over the intervals, forward and backward alternately. More sweeps give shorter times.
 pub(crate) const SWEEPS: usize = 4;
 /// Halvings in the search for an interval's shortest time. More halvings give shorter times.

@@ -2,9 +2,12 @@
 //! centre of pressure stays inside a sole.
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 
-use crate::timing::tuning::{COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGIN};
+use crate::timing::tuning::{
+    CHECKED_EFFORT_PART, COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGIN,
+};
 
 /// Limits of a robot's joints in a timed plan. Unused joints have infinite limits.
 #[derive(Debug, Clone)]
@@ -20,11 +23,15 @@ pub struct TimingLimits {
     pub full_efforts: [f64; JOINTS_MAX],
     /// Coefficient of friction.
     pub friction: f64,
+    /// Least distance (m) of the zero-moment point to the edge of the support, as the controller
+    /// demands it.
+    pub zero_moment_margin: f64,
 }
 
 impl TimingLimits {
-    /// The limits of a robot of which `share` (0 to 1) may be used, on a world's friction.
-    pub fn new(model: &RobotModel, share: f64, friction: f64) -> Self {
+    /// The limits of a robot of which `share` (0 to 1) may be used, on a world's friction, and
+    /// those of a controller.
+    pub fn new(model: &RobotModel, share: f64, friction: f64, checker: &CheckerConfig) -> Self {
         let limits = |limit: fn(&Joint) -> f64, share: f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             let stated = model.joints.iter().map(|joint| share * limit(joint));
@@ -42,8 +49,9 @@ impl TimingLimits {
             speeds: limits(|joint| joint.velocity, share),
             accelerations: limits(acceleration, share),
             efforts: limits(|joint| joint.effort, share),
-            full_efforts: limits(|joint| joint.effort, 1.0),
+            full_efforts: limits(|joint| joint.effort, CHECKED_EFFORT_PART * checker.effort_share),
             friction,
+            zero_moment_margin: checker.com_margin,
         }
     }
 }
@@ -65,6 +73,16 @@ pub enum Level {
 impl Level {
     /// The levels at which contact forces are known, the strictest first.
     pub const ALL: [Self; 3] = [Self::Full, Self::NarrowSole, Self::Bare];
+
+    /// The next level, which leaves more.
+    pub fn next(self) -> Option<Self> {
+        match self {
+            Self::Full => Some(Self::NarrowSole),
+            Self::NarrowSole => Some(Self::Bare),
+            Self::Bare => Some(Self::Unsupported),
+            Self::Unsupported => None,
+        }
+    }
 
     /// Least distance (m) of the centre of pressure from the edge of a sole of this width (m).
     pub fn cop_margin(self, width: f64) -> f64 {

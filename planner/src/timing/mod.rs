@@ -1,6 +1,7 @@
 //! Time-optimal timing of a smooth path within the limits of joints and contacts.
 
 pub mod contact_rates;
+pub mod ground;
 pub mod limits;
 pub mod linear_program;
 pub mod load_sharing;
@@ -17,3 +18,4 @@ pub mod time_law;
 pub mod timed_path;
 pub mod timed_robot;
 mod tuning;
+mod zero_moment;

@@ -16,7 +16,7 @@ use crate::timing::path_point::Path;
 use crate::timing::profile::{Node, controllable, fastest};
 use crate::timing::profile_check::ProfileCheck;
 use crate::timing::slow_downs::SlowDowns;
-use crate::timing::stops::{Stop, StopTable};
+use crate::timing::stops::{Stop, StopTable, TimedMotion};
 use crate::timing::time_law::TimeLaw;
 use crate::timing::timed_path::{SpanTimes, TimedPath, state_at};
 use crate::timing::timed_robot::TimedRobot;
@@ -249,10 +249,11 @@ impl PathTiming {
         let first = self.profile.fixed.saturating_sub(1);
         let open = if first > 0 { timed.law.time_of_node(first) } else { 0.0 };
         let from = open - if first > 0 { ROUNDING_TIME } else { 0.0 };
+        let motion = TimedMotion::new(robot, path, timed);
         let mut check = ProfileCheck { robot, contact_rates, path, timed, slow_downs };
         check.rates_are_within(open)
-            && self.stops.find(timed, check.slow_downs)
             && check.motion_is_within(from)
+            && self.stops.find(&motion, check.slow_downs)
     }
 
     /// Number of spans known so far.
@@ -280,8 +281,9 @@ impl PathTiming {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where
     /// that has none.
-    pub fn stop(&self, span: usize, chunk: usize) -> Option<Stop> {
-        self.stops.stop(&self.timed, span, chunk)
+    pub fn stop(&self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
+        let motion = TimedMotion::new(&self.robot, path, &self.timed);
+        self.stops.stop(&motion, span, chunk)
     }
 
     /// A waypoint of a span with its feed-forward torques.

@@ -1,5 +1,6 @@
 //! Whether the rounded motion of a profile is within the limits, and where it has to be slower.
 
+use glam::DVec3;
 use surefoot_shared_types::message::{Interpolation, Waypoint};
 
 use crate::timing::contact_rates::ContactRates;
@@ -8,9 +9,15 @@ use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
 use crate::timing::tuning::{INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER};
+use crate::timing::zero_moment::ContactGround;
 
 /// Rounding of shares of limits.
 const SHARE_TOLERANCE: f64 = 1e-9;
+/// Change of the root's acceleration between two waypoints up to which the middle between them is
+/// checked alone, m/s2.
+const STEADY_MAX: f64 = 0.5;
+/// The parts into which the curve between other waypoints is divided.
+const PARTS_WHERE_UNSTEADY: usize = 8;
 
 /// Compares a motion with the limits.
 #[derive(Debug)]
@@ -69,36 +76,70 @@ impl ProfileCheck<'_> {
         is_within
     }
 
-    /// Checks every waypoint, and every other middle between two. Between two samples the rounded
-    /// motion changes little.
+    /// Checks every waypoint and the curves between them.
     fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
         let mut is_within = true;
+        let contact_ground = &self.robot.contact_ground(&self.path.spans[span]);
         for index in 0..=times.intervals {
             let here = self.timed.state(self.path, span, times, index);
             if here.time >= from {
-                is_within &= self.sample_is_within(span, &here);
+                is_within &= self.sample_is_within((span, contact_ground), &here);
             }
-            let has_middle = index % 2 == 0 && index < times.intervals;
-            if has_middle && here.time + 0.5 * INTERVAL_MAX >= from {
+            if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
                 let next = self.timed.state(self.path, span, times, index + 1);
-                let middle = 0.5 * (here.time + next.time);
-                let sample = Interpolation::Quintic.between(&here, &next, middle);
-                is_within &= self.sample_is_within(span, &sample);
+                is_within &= self.curve_is_within((span, contact_ground), [&here, &next]);
             }
         }
         is_within
     }
 
-    fn sample_is_within(&mut self, span: usize, sample: &Waypoint) -> bool {
+    /// Checks instants between two waypoints: the middle, and more where the acceleration changes
+    /// much.
+    fn curve_is_within(
+        &mut self,
+        on: (usize, &ContactGround),
+        [here, next]: [&Waypoint; 2],
+    ) -> bool {
+        let [from, to] =
+            [here, next].map(|waypoint| DVec3::from_slice(&waypoint.root_acceleration));
+        let parts = if from.distance(to) > STEADY_MAX { PARTS_WHERE_UNSTEADY } else { 2 };
+        let mut is_within = true;
+        for part in 1..parts {
+            let time = here.time + (next.time - here.time) * part as f64 / parts as f64;
+            let sample = Interpolation::Quintic.between(here, next, time);
+            is_within &= self.sample_is_within(on, &sample);
+        }
+        is_within
+    }
+
+    /// Compares a sample with the first level, from those of the nodes around it on, within which
+    /// the robot can stand there.
+    fn sample_is_within(
+        &mut self,
+        (span, contact_ground): (usize, &ContactGround),
+        sample: &Waypoint,
+    ) -> bool {
         let Self { robot, contact_rates, path, timed, slow_downs } = self;
         let rates = timed.law.at(sample.time);
         let (node, _) = timed.node_before(span, rates.position);
-        let level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
-        let load = robot.load(contact_rates, &path.spans[span], level, sample);
-        let is_within = load <= 1.0 + SHARE_TOLERANCE;
-        if !is_within {
-            slow_downs.ask_near(timed, rates.position, rates.speed, SLOWER / load);
+        let mut level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
+        loop {
+            let mut load = |at: &Waypoint| {
+                robot.load(contact_rates, (&path.spans[span], contact_ground), level, at)
+            };
+            let moving = load(sample);
+            if moving <= 1.0 + SHARE_TOLERANCE {
+                return true;
+            }
+            let standing = load(&sample.rested());
+            let next = level.next().filter(|_| standing >= 1.0);
+            if let Some(next) = next {
+                level = next;
+                continue;
+            }
+            let slower = SLOWER * (1.0 - standing).max(0.0) / (moving - standing);
+            slow_downs.ask_near(timed, rates.position, rates.speed, slower);
+            return false;
         }
-        is_within
     }
 }

@@ -5,15 +5,20 @@
 //! may begin before a short chunk does, but not before the one of the chunk before it: until then
 //! the robot does not brake. So stops are found from the last chunk known to the first.
 
-use surefoot_shared_types::message::Ramp;
+use std::cell::RefCell;
+
+use surefoot_shared_types::message::{PlanTime, Ramp};
 
 use crate::base::arena::reserve;
+use crate::timing::path_point::Path;
 use crate::timing::slow_downs::SlowDowns;
-use crate::timing::timed_path::TimedPath;
+use crate::timing::timed_path::{SpanTimes, TimedPath};
+use crate::timing::timed_robot::TimedRobot;
 use crate::timing::tuning::{
-    RAMP_SAMPLES, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX, REST_PLACES,
-    SLOWER_BEFORE_STOP,
+    RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX,
+    REST_PLACES, SLOWER_BEFORE_STOP,
 };
+use crate::timing::zero_moment::ContactGround;
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -78,7 +83,7 @@ impl StopTable {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it. `None` where
     /// the profile has none, or the memory for stops is used up.
-    pub fn stop(&self, timed: &TimedPath, span: usize, chunk: usize) -> Option<Stop> {
+    pub(super) fn stop(&self, motion: &TimedMotion<'_>, span: usize, chunk: usize) -> Option<Stop> {
         let is_after = |brake: &Brake| (brake.span, brake.chunk) > (span, chunk);
         let brake = self.brakes.get(self.brakes.partition_point(is_after))?;
         if (brake.span, brake.chunk) != (span, chunk) {
@@ -87,14 +92,15 @@ impl StopTable {
         Some(Stop {
             brake_at: brake.at,
             brake_duration: brake.duration,
-            resume_duration: resume_duration(timed, brake.at + 0.5 * brake.duration)?,
+            resume_duration: resume_duration(motion, brake.at + 0.5 * brake.duration)?,
         })
     }
 
     /// Finds a stop for every chunk that is not written: of the ramps within the limits that end
     /// inside the chunk, the one that begins last, but not after that of the next chunk. Where
     /// there is none, notes where to slow down, and returns `false`.
-    pub fn find(&mut self, timed: &TimedPath, slow_downs: &mut SlowDowns) -> bool {
+    pub(super) fn find(&mut self, motion: &TimedMotion<'_>, slow_downs: &mut SlowDowns) -> bool {
+        let timed = motion.timed;
         self.brakes.clear();
         let after = self.brake_after;
         let (mut latest, mut finds_all) = (f64::INFINITY, true);
@@ -103,7 +109,7 @@ impl StopTable {
             for chunk in (0..times.chunks()).rev() {
                 let [begin, end] = times.chunk_times(chunk);
                 let has_memory = self.brakes.len() < self.brakes.capacity();
-                let found = brake(timed, [after, latest], [begin, end]);
+                let found = brake(motion, [after, latest], [begin, end]);
                 match found.filter(|_| has_memory) {
                     Some((at, duration)) => {
                         self.brakes.push(Brake { span, chunk, at, duration });
@@ -124,11 +130,11 @@ impl StopTable {
 /// Beginning and duration (s) of the latest ramp within the limits that begins between these
 /// times and ends between `begin` and `end`.
 fn brake(
-    timed: &TimedPath,
+    motion: &TimedMotion<'_>,
     [after, before]: [f64; 2],
     [begin, end]: [f64; 2],
 ) -> Option<(f64, f64)> {
-    if timed.law.at(end).speed <= REST_SPEED {
+    if motion.timed.law.at(end).speed <= REST_SPEED {
         return Some((end, 0.0));
     }
     let mut best: Option<(f64, f64)> = None;
@@ -140,8 +146,8 @@ fn brake(
             if brake_at < after || best.is_some_and(|(latest, _)| brake_at <= latest) {
                 break;
             }
-            if ramp_holds(timed, brake_at, Ramp::Brake { seconds }) {
-                best = resume_duration(timed, rest).map(|_| (brake_at, seconds)).or(best);
+            if ramp_holds(motion, brake_at, Ramp::Brake { seconds }) {
+                best = resume_duration(motion, rest).map(|_| (brake_at, seconds)).or(best);
                 break;
             }
             seconds *= RAMP_STEP;
@@ -152,22 +158,70 @@ fn brake(
 
 /// The shortest ramp within the limits of the path known so far, in the same steps, by which the
 /// robot goes on after a rest at `time`.
-fn resume_duration(timed: &TimedPath, time: f64) -> Option<f64> {
+fn resume_duration(motion: &TimedMotion<'_>, time: f64) -> Option<f64> {
     let durations = std::iter::successors(Some(RAMP_SHORTEST), |seconds| Some(seconds * RAMP_STEP));
     durations
         .take(RAMP_STEPS_MAX)
-        .find(|&seconds| ramp_holds(timed, time, Ramp::Resume { seconds }))
+        .find(|&seconds| ramp_holds(motion, time, Ramp::Resume { seconds }))
 }
 
 /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than they
-/// allow, or, within their distance to the limits, than the motion at full speed takes.
-fn ramp_holds(timed: &TimedPath, begin: f64, ramp: Ramp) -> bool {
-    (0..=RAMP_SAMPLES).all(|sample| {
-        let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
-        let time = (begin + at.elapsed).min(timed.law.end());
+/// allow, or, within their distance to the limits, than the motion at full speed takes; and whether
+/// the zero-moment point keeps the controller's margin.
+fn ramp_holds(motion: &TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
+    let timed = motion.timed;
+    let samples = || {
+        (0..=RAMP_SAMPLES).map(|sample| {
+            let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
+            ((begin + at.elapsed).min(timed.law.end()), at)
+        })
+    };
+    let has_rates = samples().all(|(time, at)| {
         let share = timed.share_at(time, at.rate, at.rate_change);
-        share <= 1.0 || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
-    })
+        share <= RAMP_SHARE_MAX
+            || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
+    });
+    has_rates && samples().all(|(time, at)| motion.is_upright(time, &at))
+}
+
+/// The motion of a path within the robot's limits.
+#[derive(Debug)]
+pub(super) struct TimedMotion<'a> {
+    pub robot: &'a TimedRobot,
+    pub path: Path<'a>,
+    pub timed: &'a TimedPath,
+    /// The span in which the last sample was.
+    last: RefCell<Option<SampledSpan>>,
+}
+
+/// What all samples in a span have in common.
+#[derive(Debug)]
+struct SampledSpan {
+    span: usize,
+    times: SpanTimes,
+    contact_ground: ContactGround,
+}
+
+impl<'a> TimedMotion<'a> {
+    /// A robot's motion along a timed path.
+    pub fn new(robot: &'a TimedRobot, path: Path<'a>, timed: &'a TimedPath) -> Self {
+        Self { robot, path, timed, last: RefCell::new(None) }
+    }
+
+    /// Whether the zero-moment point keeps the controller's margin at a time while plan time passes
+    /// like this.
+    fn is_upright(&self, time: f64, at: &PlanTime) -> bool {
+        let mut last = self.last.borrow_mut();
+        let known = last.take().filter(|last| last.times.begin <= time && time < last.times.end);
+        let sampled = last.insert(known.unwrap_or_else(|| {
+            let span = self.timed.span_at(time);
+            let contact_ground = self.robot.contact_ground(&self.path.spans[span]);
+            SampledSpan { span, times: self.timed.span_times(span), contact_ground }
+        }));
+        let SampledSpan { span, times, contact_ground } = sampled;
+        let waypoint = self.timed.emitted_at(self.path, *span, times, time);
+        self.robot.keeps_zero_moment(contact_ground, &at.apply(&waypoint))
+    }
 }
 
 /// Speed along the path below which it rests.

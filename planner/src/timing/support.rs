@@ -12,6 +12,11 @@ use crate::timing::path_point::PathSpan;
 /// A polygon of a sole, m.
 pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
 
+/// The supported part of a sole, in its frame.
+pub(crate) fn supported_part(contact: &Contact) -> SolePolygon {
+    contact.polygon().iter().map(|&corner| DVec2::from(corner)).collect()
+}
+
 /// The stance feet of a span.
 #[derive(Debug, Clone, Default)]
 pub struct Support {
@@ -49,8 +54,7 @@ impl Support {
 
 impl FootSupport {
     fn new(contact: &Contact, level: Level, extra: f64, friction: f64) -> Self {
-        let corners = &contact.polygon[..(contact.polygon_len as usize).min(POLYGON_VERTICES_MAX)];
-        let sole: SolePolygon = corners.iter().map(|&corner| DVec2::from(corner)).collect();
+        let sole = supported_part(contact);
         let mut polygon = inset(&sole, level.cop_margin(width(&sole)) + extra);
         let middle = polygon.iter().sum::<DVec2>() / polygon.len().max(1) as f64;
         polygon.iter_mut().for_each(|corner| *corner -= middle);

@@ -88,6 +88,33 @@ impl TimedPath {
     /// The same at a time, at `rate` times the law's speed while that rate changes by `change`
     /// (1/s).
     pub fn share_at(&self, time: f64, rate: f64, change: f64) -> f64 {
+        let (span, slowed) = self.slowed(time, rate, change);
+        self.share_of(span, &slowed)
+    }
+
+    /// The span in which a time is, as the emitted motion has it.
+    pub fn span_at(&self, time: f64) -> usize {
+        let (span, _) = self.slowed(time, 1.0, 0.0);
+        let is_over = span + 1 < self.spans() && self.span_times(span).end <= time;
+        span + usize::from(is_over)
+    }
+
+    /// The emitted motion at a time within a span.
+    pub fn emitted_at(
+        &self,
+        path: Path<'_>,
+        span: usize,
+        times: &SpanTimes,
+        time: f64,
+    ) -> Waypoint {
+        let part = (time - times.begin) / (times.end - times.begin);
+        let index = ((part * times.intervals as f64) as usize).min(times.intervals - 1);
+        let [here, next] = [index, index + 1].map(|index| self.state(path, span, times, index));
+        Interpolation::Quintic.between(&here, &next, time)
+    }
+
+    /// The span at a time, and the rates along the path there at another speed.
+    fn slowed(&self, time: f64, rate: f64, change: f64) -> (usize, PathRates) {
         let at = self.law.at(time);
         let slowed = PathRates {
             position: at.position,
@@ -96,7 +123,7 @@ impl TimedPath {
         };
         let after =
             self.starts.partition_point(|(node, _)| self.nodes[*node].position <= at.position);
-        self.share_of(after.saturating_sub(1), &slowed)
+        (after.saturating_sub(1), slowed)
     }
 
     /// The node of a span before a position, and how far the position is on the way to the next.

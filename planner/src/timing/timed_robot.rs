@@ -4,10 +4,11 @@
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
-use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limits::{Level, TimingLimits};
@@ -15,11 +16,12 @@ use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::Support;
+use crate::timing::support::{Support, supported_part};
 use crate::timing::tuning::{
     COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
-    UNSUPPORTED_RATE,
+    UNSUPPORTED_RATE, WHOLE_SUPPORT,
 };
+use crate::timing::zero_moment::ContactGround;
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -29,6 +31,8 @@ pub struct TimedRobot {
     chains: Chains,
     /// Node of each foot, and its sole in that node's frame.
     soles: [(usize, Pose); 2],
+    /// Area of each sole, m2.
+    sole_areas: [f64; 2],
     joints_len: usize,
     mass: f64,
 }
@@ -56,6 +60,7 @@ impl TimedRobot {
         Self {
             chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
             soles: feet.map(sole),
+            sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
             limits,
@@ -76,6 +81,7 @@ impl TimedRobot {
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
+        let contact_ground = self.contact_ground(span);
         for level in Level::ALL {
             let support = Support::new(span, level, COP_MARGIN_EXTRA, self.limits.friction);
             let mut rates = joint_rates(
@@ -88,13 +94,29 @@ impl TimedRobot {
             if touches_down {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
+            contact_ground.region(level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
             let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
             let found = contact_rates.restrict(&problem, &rates);
-            if can_start(&found) {
+            if can_start(&found, level) {
                 return (found, level);
             }
         }
-        (RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE), Level::Unsupported)
+        let mut rates = RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE);
+        let level = Level::Unsupported;
+        contact_ground.region(level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
+        (rates, level)
+    }
+
+    /// The ground under the contacts of a span.
+    pub(super) fn contact_ground(&self, span: &PathSpan) -> ContactGround {
+        let is_whole = span.contacts.iter().all(|contact| self.is_whole(contact));
+        ContactGround::new(&span.contacts, is_whole, self.limits.zero_moment_margin)
+    }
+
+    /// Whether a sole is supported wholly.
+    fn is_whole(&self, contact: &Contact) -> bool {
+        area_and_centroid(&supported_part(contact)).0
+            >= WHOLE_SUPPORT * self.sole_areas[contact.limb as usize]
     }
 
     fn problem<'a>(
@@ -134,12 +156,11 @@ impl TimedRobot {
     }
 
     /// How far a motion is beyond the limits of a level: the largest ratio of a speed, acceleration
-    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits. 0 where no
-    /// contact forces are known.
+    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits.
     pub(crate) fn load(
         &self,
         contact_rates: &mut ContactRates,
-        span: &PathSpan,
+        (span, contact_ground): (&PathSpan, &ContactGround),
         level: Level,
         waypoint: &Waypoint,
     ) -> f64 {
@@ -147,7 +168,12 @@ impl TimedRobot {
         let dynamics = self.at_instant(waypoint);
         let support = Support::new(span, level, COP_MARGIN_BETWEEN, self.limits.friction);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
-        let mut load: f64 = 0.0;
+        let region = contact_ground.region(level, COP_MARGIN_BETWEEN);
+        let is_upright = region.holds(&dynamics, || self.at_standstill(waypoint));
+        let mut load = if is_upright { 0.0 } else { NO_CONTACT_FORCES };
+        if level == Level::Unsupported {
+            return load;
+        }
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
@@ -155,12 +181,19 @@ impl TimedRobot {
                 load = load.max(torque.constant.abs() / effort);
             }
         }
-        if level == Level::Unsupported {
-            return 0.0;
-        }
         let problem = self.problem(&dynamics, &support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(NO_CONTACT_FORCES) }
+    }
+
+    /// Whether the zero-moment point of a motion keeps the controller's margin.
+    pub(super) fn keeps_zero_moment(
+        &self,
+        contact_ground: &ContactGround,
+        waypoint: &Waypoint,
+    ) -> bool {
+        let region = contact_ground.region(Level::Bare, 0.0);
+        region.holds(&self.at_instant(waypoint), || self.at_standstill(waypoint))
     }
 
     /// Writes the feed-forward torques of a waypoint, at `progress` (0 to 1) of its span.
@@ -187,6 +220,11 @@ impl TimedRobot {
         }
     }
 
+    /// The dynamics of the configuration of a waypoint at rest.
+    fn at_standstill(&self, waypoint: &Waypoint) -> PathDynamics {
+        self.at_instant(&waypoint.rested())
+    }
+
     /// The dynamics of a motion at one instant: all of it is the constant part.
     fn at_instant(&self, waypoint: &Waypoint) -> PathDynamics {
         let [velocity, acceleration] = rates_of(waypoint);
@@ -206,8 +244,9 @@ impl TimedRobot {
 /// The load of a motion for which there are no contact forces.
 pub(crate) const NO_CONTACT_FORCES: f64 = 1.04;
 
-/// Whether the path can accelerate from rest in both directions.
-fn can_start(rates: &RateSet) -> bool {
+/// Whether the path can accelerate from rest in both directions, as a level must allow.
+fn can_start(rates: &RateSet, level: Level) -> bool {
+    let least = if level == Level::Bare { UNSUPPORTED_RATE } else { REST_ACCELERATION };
     let range = rates.accelerations_at(0.0);
-    range.is_some_and(|[low, high]| low <= -REST_ACCELERATION && high >= REST_ACCELERATION)
+    range.is_some_and(|[low, high]| low <= -least && high >= least)
 }

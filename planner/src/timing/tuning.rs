@@ -7,6 +7,22 @@ pub(crate) const COP_MARGIN_MIN: f64 = 0.01;
 pub(crate) const COP_WIDTH_SHARE: f64 = 0.12;
 /// The same where a configuration cannot stand otherwise, m.
 pub(crate) const RELAXED_COP_MARGIN: f64 = 0.004;
+/// The part of the efforts that the controller allows on which a motion relies.
+pub(crate) const CHECKED_EFFORT_PART: f64 = 0.998;
+/// Distance (m) beyond the controller's margin by which the zero-moment point stays inside. The
+/// controller's support may be smaller than the planner's.
+pub(crate) const ZERO_MOMENT_RESERVE: f64 = 4e-3;
+/// The same where a sole is supported in part, m.
+pub(crate) const ZERO_MOMENT_RESERVE_PARTIAL: f64 = 20e-3;
+/// The most of it as a share of the distance of the region's centroid to its edge.
+pub(crate) const ZERO_MOMENT_DEPTH_SHARE: f64 = 0.2;
+/// The part of the area of a sole below which it is supported in part.
+pub(crate) const WHOLE_SUPPORT: f64 = 0.97;
+/// The share of that distance that is kept where a configuration cannot stand otherwise.
+pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.5;
+/// Distance (m) by which a motion may move the zero-moment point of any configuration: it is so
+/// slow that the controller decides by the configuration alone.
+pub(crate) const ZERO_MOMENT_SHIFT_MIN: f64 = 1e-3;
 /// The part of the limits for which rates are computed. The rest covers what lies between two
 /// points of the path; motions are checked against the whole limits.
 pub(crate) const LIMITS_PART: f64 = 0.985;
@@ -19,7 +35,8 @@ pub(crate) const COP_MARGIN_BETWEEN: f64 = 2e-4;
 pub(crate) const RATE_MAX: f64 = 30.0;
 /// Largest acceleration of the path's parameter, 1/s.
 pub(crate) const RATE_CHANGE_MAX: f64 = 300.0;
-/// The acceleration from rest, in both directions, that a level must allow, 1/s.
+/// The acceleration from rest, in both directions, that a level must allow, 1/s. The last one must
+/// allow that of a motion without known contact forces.
 pub(crate) const REST_ACCELERATION: f64 = 0.2;
 /// The largest rate of a motion, and its largest change, where no contact forces are known (1/s).
 pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
@@ -58,6 +75,9 @@ pub(crate) const RAMP_SAMPLES: usize = 32;
 /// Largest share of the rates around a point that a rounded profile takes: less than their distance
 /// to the limits, against which the motion is checked after that.
 pub(crate) const RATES_SHARE_MAX: f64 = 1.01;
+/// Largest share of the rates around a point that a ramp takes where the motion at full speed takes
+/// less: rates between two points are interpolated.
+pub(crate) const RAMP_SHARE_MAX: f64 = 0.96;
 /// Places in a chunk at which braking may end.
 pub(crate) const REST_PLACES: usize = 4;
 /// The time before the end of a chunk in which it becomes slower where it has no stop, s.

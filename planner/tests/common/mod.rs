@@ -18,9 +18,9 @@ pub use preparation::{preparation_for, try_preparation_for};
 use surefoot_planner::base::random::Random;
 use surefoot_planner::preparation::build;
 use surefoot_planner::{Outcome, Planner, PlannerError, Status};
-use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::config::{MotionKind, PlannerConfig};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::{Attachment, Foot, Joint, JointKind, Link, RobotModel};
 use surefoot_shared_types::world::load::load_world;
@@ -70,8 +70,14 @@ pub struct Case {
 }
 
 impl Case {
-    /// A scenario as it is shipped.
+    /// A shipped scenario whose plan keeps the searched motion.
     pub fn shipped(name: &str) -> Self {
+        let smooth = Self::smooth(name);
+        Self { scenario: smooth.scenario.with_motion(MotionKind::QuasiStatic), ..smooth }
+    }
+
+    /// A scenario as it is shipped, with smooth motion.
+    pub fn smooth(name: &str) -> Self {
         let scenario =
             load_scenario(&repository().join(format!("configs/scenarios/{name}.toml"))).unwrap();
         Self {

@@ -5,9 +5,9 @@
 #[serde(rename_all = "snake_case")]
 pub enum MotionKind {
     /// In straight lines at slow speeds, with a rest at the end of every chunk.
-    #[default]
     QuasiStatic,
     /// With continuous accelerations, as fast as the limits allow; a chunk may end in motion.
+    #[default]
     Smooth,
 }
 

@@ -278,8 +278,9 @@ pub static PARAMETERS: [Parameter; 28] = [
     Parameter {
         name: "execution.motion",
         unit: "",
-        effect: "How the plan moves: `quasi_static` in straight lines at slow speeds, with a rest \
-            at the end of every chunk; `smooth` along splines, as fast as the limits allow.",
+        effect: "How the plan moves: `smooth` along splines, as fast as the limits allow; \
+            `quasi_static` in straight lines at slow speeds, with a rest at the end of every \
+            chunk.",
         range: Range::Names(&MotionKind::NAMES),
         relation: "",
         source: "decisions 0020 and 0021",

@@ -123,6 +123,11 @@ pub struct Contact {
 }
 
 impl Contact {
+    /// The used entries of `polygon`.
+    pub fn polygon(&self) -> &[[f64; 2]] {
+        &self.polygon[..(self.polygon_len as usize).min(POLYGON_VERTICES_MAX)]
+    }
+
     /// The pose of the sole in the world.
     pub fn world_from_sole(&self) -> Pose {
         pose_from_parts(self.position, self.rotation)

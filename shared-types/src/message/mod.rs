@@ -26,7 +26,7 @@ pub use feedback::{Check, Feedback, Margins, Verdict};
 pub use interpolation::Interpolation;
 pub use journal_record::JournalRecord;
 pub use layout::Layout;
-pub use ramp::Ramp;
+pub use ramp::{PlanTime, Ramp};
 pub use request::{PlanRequest, PlanStatus, RequestKind};
 pub use request_record::{RequestRecord, RequestState};
 pub use rest_state::RestState;

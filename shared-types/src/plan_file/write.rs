@@ -11,7 +11,7 @@ use crate::base::text_file::relative_to;
 use crate::base::whole_file;
 use crate::config::scenario::{Scenario, StancePose};
 use crate::geometry::shape::{MeshSource, Shape};
-use crate::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
+use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
 use crate::plan_file::check::check_plan;
 use crate::plan_file::origin::origin_block;
 use crate::plan_format::blocks::{
@@ -169,8 +169,7 @@ struct MotionBlocks {
 }
 
 fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> MotionBlocks {
-    let is_quintic = |chunk: &PlanChunk| chunk.interpolation == Interpolation::Quintic as u64;
-    let is_smooth = chunks.iter().any(is_quintic);
+    let is_smooth = chunks.iter().any(PlanChunk::is_smooth);
     let mut waypoints: Vec<WaypointBlock> = Vec::new();
     let mut phases: Vec<PhaseBlock> = Vec::new();
     let mut blocks: Vec<ChunkBlock> = Vec::new();

@@ -17,7 +17,7 @@ const RIM_CORNERS: usize = 24;
 pub(crate) struct LinkShapes {
     /// Collision shapes that can be read.
     pub(crate) collision: Vec<Vec<LinkShape>>,
-    /// Shapes of looks; read only for nodes whose body has no collision shape.
+    /// Shapes of looks; read only for nodes whose body has no collision shape, or balls alone.
     pub(crate) visual: Vec<Vec<LinkShape>>,
 }
 
@@ -47,12 +47,13 @@ impl LinkShapes {
         };
         let count = skeleton.nodes.len();
         let collision: Vec<_> = (0..count).map(|node| read(node, false)).collect();
-        let has_collision = |body| {
-            skeleton.body_nodes(body).iter().any(|node: &NodeIndex| !collision[*node].is_empty())
+        let has_flat_shape = |body| {
+            let nodes = skeleton.body_nodes(body);
+            nodes.iter().flat_map(|node| &collision[*node]).any(|part| !is_ball(&part.shape))
         };
         let visual = (0..count)
             .map(|node| {
-                let is_bare = !has_collision(skeleton.body(node));
+                let is_bare = !has_flat_shape(skeleton.body(node));
                 if is_bare { read(node, true) } else { Vec::new() }
             })
             .collect();
@@ -62,7 +63,12 @@ impl LinkShapes {
 
     /// The shapes that stand for a node.
     pub(crate) fn of(&self, node: NodeIndex) -> &[LinkShape] {
-        if self.collision[node].is_empty() { &self.visual[node] } else { &self.collision[node] }
+        if self.visual[node].is_empty() { &self.collision[node] } else { &self.visual[node] }
+    }
+
+    /// Whether a body has collision shapes.
+    pub(crate) fn has_collision(&self, skeleton: &Skeleton, body: NodeIndex) -> bool {
+        skeleton.body_nodes(body).iter().any(|node| !self.collision[*node].is_empty())
     }
 
     /// The nodes of a body whose looks stand for them.
@@ -85,6 +91,10 @@ impl LinkShapes {
         }
         surface
     }
+}
+
+fn is_ball(shape: &Shape) -> bool {
+    matches!(shape, Shape::Sphere { .. })
 }
 
 impl SurfacePoints {

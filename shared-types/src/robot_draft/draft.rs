@@ -216,8 +216,11 @@ impl DraftParts<'_> {
             .map(|node| self.skeleton.link_name(node))
             .collect();
         let visual = self.shapes.visual_nodes(self.skeleton, leg.body);
-        let kind =
-            if visual.is_empty() { "collision shapes" } else { "looks (no collision shape)" };
+        let kind = match (visual.is_empty(), self.shapes.has_collision(self.skeleton, leg.body)) {
+            (true, _) => "collision shapes",
+            (false, true) => "looks (its collision shapes are balls)",
+            (false, false) => "looks (no collision shape)",
+        };
         DraftFoot {
             name,
             link: self.skeleton.link_name(leg.body).to_owned(),
@@ -277,17 +280,25 @@ impl DraftParts<'_> {
             value: (),
             source: source.to_owned(),
         };
-        let feet = legs.iter().flat_map(|leg| self.shapes.visual_nodes(self.skeleton, leg.body));
+        let feet = legs.iter().flat_map(|leg| {
+            let has_balls = self.shapes.has_collision(self.skeleton, leg.body);
+            let source = if has_balls {
+                "balls as <collision> carry at points alone"
+            } else {
+                "the foot has no <collision>"
+            };
+            let nodes = self.shapes.visual_nodes(self.skeleton, leg.body);
+            nodes.into_iter().map(move |node| noted(node, source))
+        });
         let ankles = legs.iter().flat_map(|leg| self.ankles_in_place_of(leg));
-        feet.map(|node| noted(node, "the foot has no <collision>"))
-            .chain(ankles.map(|node| noted(node, "its <collision> has the place of the foot's")))
+        feet.chain(ankles.map(|node| noted(node, "its <collision> has the place of the foot's")))
             .collect()
     }
 
     /// The links above a foot without collision shapes whose own reach down to its sole: they hold
     /// the shapes of the foot.
     fn ankles_in_place_of(&self, leg: &DraftLeg) -> Vec<NodeIndex> {
-        let is_bare = !self.shapes.visual_nodes(self.skeleton, leg.body).is_empty();
+        let is_bare = !self.shapes.has_collision(self.skeleton, leg.body);
         let above = leg.chain.last().and_then(|node| self.skeleton.nodes[*node].parent);
         let Some(body) = above.filter(|_| is_bare).map(|node| self.skeleton.body(node)) else {
             return Vec::new();

@@ -204,6 +204,28 @@ fn an_ankle_with_the_collision_shape_of_its_foot_is_taken_by_its_looks() {
     assert!(matches!(ankle.shapes[0].shape, Shape::Sphere { .. }));
 }
 
+#[test]
+fn a_foot_of_balls_stands_on_its_looks() {
+    let ball = |x: f64, y: f64| {
+        format!(
+            "<collision><origin xyz=\"{x} {y} -0.115\"/><geometry><sphere radius=\"0.005\"/>\
+             </geometry></collision>"
+        )
+    };
+    let corners = [(-0.08, -0.06), (-0.08, 0.06), (0.12, -0.06), (0.12, 0.06)];
+    let balls: String = corners.iter().map(|&(x, y)| ball(x, y)).collect();
+    let shown = |text: &str, foot: &str| {
+        changed(text, &format!("<link name=\"{foot}\""), "</link>", |link| {
+            let link = link.replace("collision>", "visual>");
+            link.replace("</link>", &format!("{balls}</link>"))
+        })
+    };
+    let (draft, model) = drafted(&shown(&shown(&hubo(), "left_foot"), "right_foot"));
+    assert_eq!(draft.visual_shapes.len(), 2);
+    assert!(draft.feet[0].source.contains("balls"), "{}", draft.feet[0].source);
+    assert!(model.feet.iter().all(|foot| model.links[foot.link].shapes.len() == 1));
+}
+
 /// A heel behind the left foot, and one behind the right foot.
 fn heels() -> String {
     let heel = |side: &str| {

@@ -3,11 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use surefoot_shared_types::InputError;
+use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::ScenarioArguments;
 use crate::input::inputs::{Inputs, Overrides};
 
-/// Loads the scenarios asked for, or those of these names.
+/// The motion of the plans of most benches: the searched one, since they measure the search.
+pub const SEARCHED: Overrides = Overrides { seed: None, motion: Some(MotionKind::QuasiStatic) };
+
+/// Loads the scenarios asked for, or those of these names, with the searched motion.
 ///
 /// # Errors
 /// When one of their files cannot be used.
@@ -15,10 +19,7 @@ pub fn load(arguments: &ScenarioArguments, all: &[&str]) -> Result<Vec<Inputs>, 
     let asked = &arguments.scenarios;
     let names: Vec<&str> =
         if asked.is_empty() { all.into() } else { asked.iter().map(String::as_str).collect() };
-    names
-        .into_iter()
-        .map(|name| Inputs::load(&path(&arguments.configs, name), Overrides::default()))
-        .collect()
+    names.into_iter().map(|name| Inputs::load(&path(&arguments.configs, name), SEARCHED)).collect()
 }
 
 /// The file of a scenario given by its name or as a file.

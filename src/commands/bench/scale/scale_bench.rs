@@ -10,11 +10,11 @@ use crate::commands::bench::machine::Machine;
 use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::row::Row;
 use crate::commands::bench::scale::plot::{Curve, log_log};
-use crate::commands::bench::scenarios;
+use crate::commands::bench::scenarios::{self, SEARCHED};
 use crate::commands::bench::table::{aligned, count, seconds};
 use crate::commands::bench::terrain;
 use crate::commands::bench::trial::TrialSetup;
-use crate::input::inputs::{Inputs, Overrides};
+use crate::input::inputs::Inputs;
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::memory;
@@ -49,8 +49,7 @@ struct ScaleRow {
 pub fn run(arguments: &ScaleArguments) -> Result<CommandOutcome, CommandError> {
     let wants = |part| arguments.part.is_none_or(|only| only == part);
     let gauntlets = if wants(ScalePart::Gauntlet) { load_gauntlets(arguments)? } else { vec![] };
-    let flat =
-        Inputs::load(&scenarios::path(&arguments.configs, "flat_walk"), Overrides::default())?;
+    let flat = Inputs::load(&scenarios::path(&arguments.configs, "flat_walk"), SEARCHED)?;
     if let Some(folder) = &arguments.out {
         let unwritable = |error: std::io::Error| CommandError::Output {
             path: folder.clone(),
@@ -93,7 +92,7 @@ fn load_gauntlets(arguments: &ScaleArguments) -> Result<Vec<(u64, Inputs)>, Comm
             *size,
             Inputs::load(
                 &scenarios::path(&arguments.configs, &format!("gauntlet_{size}")),
-                Overrides::default(),
+                SEARCHED,
             )?,
         ))
     };
