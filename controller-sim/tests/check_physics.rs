@@ -439,6 +439,35 @@ fn neighbours_sink_into_each_other_no_deeper_than_in_walks_or_as_the_robot_file_
 }
 
 #[test]
+fn a_leg_sinks_into_a_cover_no_deeper_than_in_walks() {
+    // A rod of the torso touches the right leg from behind, and reaches to where the leg swings.
+    let mut robot = robot_on_the_left_foot();
+    let slant = Pose::from_parts(DVec3::new(-0.17, -0.1, -0.05), rotation_about(DVec3::Y, -0.281));
+    let shape = Shape::Capsule { radius: 0.02, half_length: 0.468 };
+    robot.links[0].shapes.push(LinkShape { link_from_shape: slant, shape });
+    let mut checker = Checker::new(robot, world(vec![]), CheckerConfig::default()).unwrap();
+    let mut self_collision = |angle: f64| {
+        let swung = |i: usize| {
+            let mut at = waypoint(i as f64, 0.0, 0.0);
+            at.q[1] = angle + 0.01 * i as f64;
+            at
+        };
+        let segment = MotionSegment {
+            mode: SupportMode::Left,
+            contacts: &[contact(0)],
+            waypoints: &[swung(0), swung(1)],
+            course: Course::Straight,
+        };
+        let violations = checker.check_all(&segment).violations;
+        violations.into_iter().find(|violation| violation.check == Check::SelfCollision)
+    };
+    assert_eq!(self_collision(0.0), None);
+    assert_eq!(self_collision(2.0), None);
+    let violation = self_collision(2.4).unwrap();
+    assert!(violation.detail.contains("torso overlaps right_leg by"), "{violation}");
+}
+
+#[test]
 fn neighbours_that_are_clear_in_the_standing_posture_stay_clear() {
     // The forearm reaches the fin only when the elbow bends.
     let finned = robot_with_fin(0.0, 0.15, -0.35);

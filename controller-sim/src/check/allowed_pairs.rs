@@ -3,8 +3,8 @@
 //! Links without a joint between them do not move against each other and are not checked. A pair
 //! that is clear in the standing posture must stay apart. Covers of links that are near each other
 //! and overlap there overlap deeper as the joints between them bend: within the range of these
-//! joints in walks they are not checked, and beyond it they may be as deep as within it, or as deep
-//! as the robot file allows. Any other pair that overlaps in the standing posture may overlap as
+//! joints in walks they are not checked, and beyond it they may be as deep as in any of a grid of
+//! postures within it, or as deep as the robot file allows. Any other pair that overlaps in the standing posture may overlap as
 //! deep as there. Joints that are locked separate links, too.
 
 use glam::DVec3;
@@ -19,10 +19,12 @@ use crate::kinematics::forward::{Configuration, Posture};
 /// Covers of links this many joints apart may overlap as the joints bend: a hip, an ankle or a
 /// wrist has up to three joints.
 const NEAR_MAX: usize = 3;
-/// A joint that carries no foot moves in walks by at most this from the standing posture, rad or
-/// m.
+/// Joints move in walks by at most this from the standing posture, rad or m: those that carry a
+/// foot, and the others.
+const LEG_JOINT_REACH: f64 = 2.2;
 const FREE_JOINT_REACH: f64 = 0.65;
-/// Postures per joint in which the depth of near links is measured.
+/// Postures per joint in which the depth of near links is measured. Between them it may be a little
+/// greater, so the largest measured depth is a strict limit.
 const POSTURES_PER_JOINT: usize = 7;
 /// Depths are allowed with this rounding, m.
 const DEPTH_ROUNDING: f64 = 1e-6;
@@ -34,7 +36,7 @@ pub struct SelfPair {
     pub bodies: (usize, usize),
     /// How deep they overlap in the standing posture, m; 0 where they are clear of each other.
     pub standing_depth: f64,
-    /// How deep they may overlap, m; infinite where only the limits of joints bound it.
+    /// How deep they may overlap, m.
     pub depth_max: f64,
     /// The joints between near bodies and their ranges in walks: nothing is checked where all of
     /// them are within their ranges. Empty for other pairs.
@@ -53,11 +55,6 @@ pub struct JointRange {
 }
 
 impl SelfPair {
-    /// Whether the pair is checked in any configuration within the joints' limits.
-    pub fn is_checked(&self) -> bool {
-        self.depth_max.is_finite()
-    }
-
     /// Whether every joint between the bodies is within its range in walks.
     pub fn is_walked(walked: &[JointRange], configuration: &Configuration) -> bool {
         let is_within =
@@ -108,12 +105,8 @@ impl<'a> DepthSurvey<'a> {
         if between.len() > NEAR_MAX {
             return Some(pair(standing_depth + DEPTH_ROUNDING, vec![]));
         }
-        let moving: Vec<JointIndex> =
-            between.into_iter().filter(|joint| *joint < self.moving).collect();
-        if moving.iter().all(|joint| self.leg_joints.contains(joint)) {
-            return Some(pair(f64::INFINITY, vec![]));
-        }
-        let walked: Vec<JointRange> = moving.iter().map(|joint| self.walked(*joint)).collect();
+        let moving = between.into_iter().filter(|joint| *joint < self.moving);
+        let walked: Vec<JointRange> = moving.map(|joint| self.walked(joint)).collect();
         let depths = postures(&self.model, &walked).map(|posture| self.depth(&posture, bodies));
         let depth_max = largest(depths.chain([standing_depth, self.granted((a, b))]));
         Some(pair(depth_max + DEPTH_ROUNDING, walked))
@@ -131,15 +124,13 @@ impl<'a> DepthSurvey<'a> {
         if distance >= 0.0 { 0.0 } else { -distance }
     }
 
-    /// A joint's range in walks: of a leg all of it, of others near the standing posture.
+    /// A joint's range in walks.
     fn walked(&self, joint: JointIndex) -> JointRange {
-        let limits = &self.model.joints[joint];
-        if self.leg_joints.contains(&joint) {
-            return JointRange { joint, low: limits.lower, high: limits.upper };
-        }
-        let standing = self.model.standing_q[joint];
-        let low = (standing - FREE_JOINT_REACH).max(limits.lower);
-        JointRange { joint, low, high: (standing + FREE_JOINT_REACH).min(limits.upper) }
+        let (limits, standing) = (&self.model.joints[joint], self.model.standing_q[joint]);
+        let is_of_leg = self.leg_joints.contains(&joint);
+        let reach = if is_of_leg { LEG_JOINT_REACH } else { FREE_JOINT_REACH };
+        let (low, high) = ((standing - reach).max(limits.lower), standing + reach);
+        JointRange { joint, low, high: high.min(limits.upper) }
     }
 
     /// The depth that the robot file allows these links.
@@ -186,14 +177,10 @@ pub fn describe(pairs: &[SelfPair], bodies: &[CollisionBody]) -> Vec<String> {
         .map(|pair| {
             let (a, b) = (&bodies[pair.bodies.0].name, &bodies[pair.bodies.1].name);
             let (standing, depth) = (1e3 * pair.standing_depth, 1e3 * pair.depth_max);
-            let reason = match pair {
-                _ if !pair.is_checked() => {
-                    format!("neighbours, {standing:.1} mm when standing, and as their joints bend")
-                }
-                _ if pair.walked.is_empty() => format!("by {depth:.1} mm as when standing"),
-                _ => format!(
-                    "neighbours, by {depth:.1} mm as in walks, {standing:.1} mm when standing"
-                ),
+            let reason = if pair.walked.is_empty() {
+                format!("by {depth:.1} mm as when standing")
+            } else {
+                format!("neighbours, by {depth:.1} mm as in walks, {standing:.1} mm when standing")
             };
             format!("may overlap: {a} and {b}, {reason}")
         })

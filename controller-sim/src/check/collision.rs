@@ -44,8 +44,7 @@ impl CollisionModel {
         world: Vec<CollisionBody>,
     ) -> Self {
         let lever_arms = robot.iter().map(|body| LeverArms::new(model, body)).collect();
-        let self_pairs =
-            pairs.iter().filter(|pair| pair.is_checked()).map(BodyPair::of_robot).collect();
+        let self_pairs = pairs.iter().map(BodyPair::of_robot).collect();
         let is_foot =
             |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
         let world_pairs = (0..robot.len()).flat_map(|i| (0..world.len()).map(move |k| (i, k)));
