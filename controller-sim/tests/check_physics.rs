@@ -442,8 +442,10 @@ fn neighbours_sink_into_each_other_no_deeper_than_in_walks_or_as_the_robot_file_
 fn a_leg_sinks_into_a_cover_no_deeper_than_in_walks() {
     // A rod of the torso touches the right leg from behind, and reaches to where the leg swings.
     let mut robot = robot_on_the_left_foot();
-    let slant = Pose::from_parts(DVec3::new(-0.17, -0.1, -0.05), rotation_about(DVec3::Y, -0.281));
-    let shape = Shape::Capsule { radius: 0.02, half_length: 0.468 };
+    let slant =
+        Pose::from_parts(DVec3::new(-0.0675, -0.1, -0.005), rotation_about(DVec3::Y, -0.0555));
+    let shape = Shape::Capsule { radius: 0.02, half_length: 0.496 };
+    robot.joints[1].upper = 3.0;
     robot.links[0].shapes.push(LinkShape { link_from_shape: slant, shape });
     let mut checker = Checker::new(robot, world(vec![]), CheckerConfig::default()).unwrap();
     let mut self_collision = |angle: f64| {
@@ -462,8 +464,8 @@ fn a_leg_sinks_into_a_cover_no_deeper_than_in_walks() {
         violations.into_iter().find(|violation| violation.check == Check::SelfCollision)
     };
     assert_eq!(self_collision(0.0), None);
-    assert_eq!(self_collision(2.0), None);
-    let violation = self_collision(2.4).unwrap();
+    assert_eq!(self_collision(2.58), None);
+    let violation = self_collision(2.9).unwrap();
     assert!(violation.detail.contains("torso overlaps right_leg by"), "{violation}");
 }
 

@@ -4,8 +4,8 @@
 //! that is clear in the standing posture must stay apart. Covers of links that are near each other
 //! and overlap there overlap deeper as the joints between them bend: within the range of these
 //! joints in walks they are not checked, and beyond it they may be as deep as in any of a grid of
-//! postures within it, or as deep as the robot file allows. Any other pair that overlaps in the standing posture may overlap as
-//! deep as there. Joints that are locked separate links, too.
+//! postures within it, or as deep as the robot file allows. Any other pair that overlaps in the
+//! standing posture may overlap as deep as there. Joints that are locked separate links, too.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -21,7 +21,7 @@ use crate::kinematics::forward::{Configuration, Posture};
 const NEAR_MAX: usize = 3;
 /// Joints move in walks by at most this from the standing posture, rad or m: those that carry a
 /// foot, and the others.
-const LEG_JOINT_REACH: f64 = 2.2;
+const LEG_JOINT_REACH: f64 = 2.6;
 const FREE_JOINT_REACH: f64 = 0.65;
 /// Postures per joint in which the depth of near links is measured. Between them it may be a little
 /// greater, so the largest measured depth is a strict limit.
