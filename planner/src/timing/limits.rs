@@ -34,7 +34,7 @@ impl TimingLimits {
     /// Whether the positions of all joints are within their limits.
     pub fn admit(&self, q: &[f64; JOINTS_MAX]) -> bool {
         let within = |(q, [lower, upper]): (&f64, &[f64; 2])| {
-            (lower - POSITION_ROUNDING..=upper + POSITION_ROUNDING).contains(&q)
+            (lower - POSITION_ROUNDING..=upper + POSITION_ROUNDING).contains(q)
         };
         q.iter().zip(&self.positions).all(within)
     }
