@@ -14,3 +14,7 @@ pub(crate) const START_MARGIN_LOSS_MAX: f64 = 4e-3;
 pub(crate) const LOAD_SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
 /// Fewest intervals in which a motion between two configurations is checked.
 pub(crate) const INTERVALS_MIN: f64 = 2.0;
+/// Share of the joints' margin that the curve between two configurations may use.
+pub(crate) const CURVE_MARGIN_SHARE: f64 = 0.5;
+/// Rounding of a joint on a curve, rad or m.
+pub(crate) const CURVE_ROUNDING: f64 = 5e-7;
