@@ -8,9 +8,9 @@ use std::path::Path;
 
 use common::{FOOT_OBJ, Folder, SCENARIO, Spoiling, WORLD, check_no_panic, check_spoilings};
 use glam::DVec3;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};

@@ -13,7 +13,7 @@ pub struct Stance {
     pub position: [f64; 3],
     /// Heading in the world, rad.
     pub yaw: f64,
-    /// Lateral distance between the two sole frames, m; without one, that of the robot as it stands.
+    /// Lateral distance between the two sole frames, m; `None`: that of the robot as it stands.
     pub width: Option<f64>,
 }
 
