@@ -192,7 +192,7 @@ impl Surfaces {
         self.config.foot_shift + SAMPLE_SPACING
     }
 
-    /// Clips a polygon to what is far enough inside the edges of a face.
+    /// Clips a polygon to the part far enough inside the edges of a face.
     fn keep_from_edges(&self, buffer: &mut ClipBuffer, sole: &PosedSole, vertices: &[DVec3]) {
         let corner = |index: usize| sole.in_sole(vertices[index % vertices.len()]).truncate();
         for index in 0..vertices.len() {
@@ -250,9 +250,9 @@ impl Surfaces {
     /// Shortens the line on which a sole touches a curved surface, at both ends. `along` is its
     /// direction. Nothing is left of a line that is too short.
     ///
-    /// Between samples, a foot that lands beside the line finds it lower by `drop`. It stands on the
-    /// end of the line with a tilt of `drop / l`, which costs as much as the way `l` back from there
-    /// where `l` is the root of the height of the centre of mass times `drop`.
+    /// Between samples, a foot that lands beside the line finds it lower by `drop`. It stands on
+    /// the end of the line with a tilt of `drop / l`, which costs as much as the way `l` back from
+    /// there where `l` is the root of the height of the centre of mass times `drop`.
     fn shorten(&self, line: &mut Vec<DVec3>, along: DVec3, radius: f64) {
         let ends = line.iter().map(|point| along.dot(*point));
         let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
