@@ -187,11 +187,7 @@ mod tests {
         let half = DVec3::new(0.05, 0.04, 0.01);
         let link_from_shape =
             foot.link_from_sole * surefoot_shared_types::Pose::from_translation(DVec3::Z * half.z);
-        let shape = LinkShape {
-            shape: Shape::Box { half_extents: half },
-            link_from_shape,
-            ..model.links[foot.link].shapes[0].clone()
-        };
+        let shape = LinkShape { shape: Shape::Box { half_extents: half }, link_from_shape };
         model.links[foot.link].shapes = vec![shape];
         let [low, high] = extent(&flat_part(&model, &foot));
         assert!((low + 0.05).abs() < 2e-3 && (high - 0.05).abs() < 2e-3, "{low} {high}");
