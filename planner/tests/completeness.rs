@@ -18,6 +18,7 @@ use surefoot_planner::primitives::transition_configuration::{
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::model::RobotModel;
 
 /// Seeds of each test.
 const SEEDS: u64 = 20;
@@ -91,5 +92,40 @@ fn a_motion_outside_the_first_box_is_found_after_failures() {
         };
         assert!(!(0..=4).any(&mut finds), "seed {seed}: within the first box");
         assert!((5..25).any(&mut finds), "seed {seed}");
+    }
+}
+
+/// Between a ceiling and a box ahead of the shins, both feet side by side.
+fn constraints_before_a_box(model: &RobotModel) -> Constraints {
+    let case = Case { model: model.clone(), ..Case::shipped("flat_walk") }
+        .with_box([5.0, 0.0, 1.55], [2.0, 1.0, 0.25])
+        .with_box([5.7, 0.0, 0.675], [0.5, 1.0, 0.575]);
+    let config = case.scenario.planner.clone();
+    let robot = Mechanism::new(&case.model, &config).unwrap();
+    let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+    Constraints::new(robot, collision, config)
+}
+
+#[test]
+fn samples_reach_the_other_branch_of_a_knee_that_bends_both_ways() {
+    let mut model = common::hubo();
+    for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("_knee")) {
+        joint.lower = -joint.upper;
+    }
+    let constraints = constraints_before_a_box(&model);
+    let knees: Vec<usize> = (0..model.joints.len())
+        .filter(|&index| model.joints[index].name.ends_with("_knee"))
+        .collect();
+    let [stance, other] =
+        [(0, 0.12), (1, -0.12)].map(|(limb, y)| foothold(&constraints, limb, DVec2::new(5.0, y)));
+    let (mode, pair) = (single_mode(&stance), TransitionPair { stance: &stance, other: &other });
+    for seed in 1..=SEEDS {
+        let bends_back = |attempt: u64| {
+            sample(&constraints, &mode, pair, (seed, 0), attempt)
+                .is_ok_and(|found| knees.iter().all(|&knee| found.q[knee] < -0.2))
+        };
+        assert!((0..80_000).step_by(4).any(bends_back), "seed {seed}");
+        let mut from_standing = (0..8_000).filter(|attempt| attempt % 4 != 0);
+        assert!(!from_standing.any(bends_back), "seed {seed}");
     }
 }

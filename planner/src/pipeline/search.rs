@@ -8,7 +8,9 @@ use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::{BatchStats, SearchBatch};
 use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::live_routes::LiveRoutes;
 use crate::pipeline::outcome::Outcome;
+use crate::pipeline::resorts::{Resort, Resorts};
 use crate::pipeline::segment_searches::SegmentSearches;
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::stage::WorkCategory;
@@ -23,6 +25,8 @@ pub(crate) struct Search {
     pub roadmap: Roadmap,
     /// Gamma_P, with the guide route found last.
     pub route: RouteSearch,
+    /// The routes beside it.
+    pub live: LiveRoutes,
     /// How the robot crouches along the route.
     pub crouch: CrouchProfile,
     /// Orders and memory for foothold sampling.
@@ -37,12 +41,27 @@ pub(crate) struct Search {
     pub segments: SegmentSearches,
     /// Searches for configurations and motions that run in parallel.
     pub batch: SearchBatch,
+    /// The last resorts that may be used.
+    pub resorts: Resorts,
+    /// The margins that configurations and footholds keep.
+    pub margins: Margins,
     /// Statistics.
     pub stats: SearchStats,
     /// Limit of the work, in units.
     pub work_max: u64,
     /// The result, once the search has ended.
     pub outcome: Option<Outcome>,
+}
+
+/// The margins of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Margins {
+    /// Those of the configuration.
+    Configured,
+    /// The least ones from the next step on.
+    Due,
+    /// The least ones: little more than the checker demands.
+    Least,
 }
 
 /// What the foothold stage samples, and its memory.
@@ -101,6 +120,7 @@ impl Search {
     ) -> Result<Option<BatchStats>, ArenaFull> {
         let spent = self.batch.advance(context, &self.roadmap, budget);
         self.stats.work += spent;
+        self.live.count_work(spent);
         if spent == budget {
             return Ok(None);
         }
@@ -127,6 +147,21 @@ impl Search {
         Ok(())
     }
 
+    /// Relaxes the margins after this step, once. Returns whether it does.
+    pub fn relax_margins(&mut self) -> bool {
+        let is_due = self.margins == Margins::Configured && self.resorts.has(Resort::LeastMargins);
+        if is_due {
+            self.margins = Margins::Due;
+            self.stats.has_least_margins = true;
+        }
+        is_due
+    }
+
+    /// Whether a round of uniform footholds begins in place of leaving the route.
+    pub fn is_uniform_due(&mut self) -> bool {
+        self.resorts.has(Resort::UniformRounds) && self.footholds.uniform.is_due()
+    }
+
     /// Whether a transition on partial support keeps its prior cost: only once better footholds
     /// have failed.
     pub fn may_use_partial_support(&self) -> bool {
@@ -149,6 +184,12 @@ pub struct SearchStats {
     pub routes_under_c_n: u64,
     /// Whether stage P found no route, so that a straight line was tried.
     pub used_straight_line: bool,
+    /// Turns from one live route to another.
+    pub turns: u64,
+    /// Postures at the goal that replaced an earlier one.
+    pub goal_postures: u64,
+    /// Whether the margins were relaxed to little more than the checker demands.
+    pub has_least_margins: bool,
     /// Most segments of a route that shared a batch.
     pub segments_at_once: u64,
     /// Sweeps for footholds along guide routes.
