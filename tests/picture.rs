@@ -79,6 +79,7 @@ fn robot() -> RobotModel {
         standing_q: vec![0.0, 0.0],
         locked_joints: Vec::new(),
         additions: Default::default(),
+        allowed_overlaps: Vec::new(),
         digest: Digest::default(),
     }
 }

@@ -13,7 +13,9 @@ use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
-use surefoot_shared_types::robot::model::{Attachment, Joint, LinkShape, LockedJoint, RobotModel};
+use surefoot_shared_types::robot::model::{
+    AllowedOverlap, Attachment, Joint, LinkShape, LockedJoint, RobotModel,
+};
 use surefoot_shared_types::world::world::{GRAVITY, World};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -416,6 +418,55 @@ fn neighbours_that_overlap_in_the_standing_posture_are_excused_and_named() {
     let checker = Checker::new(finned, world(vec![]), CheckerConfig::default()).unwrap();
     let named = checker.allowed_overlaps();
     assert!(named.len() == 1 && named[0].contains("upper_arm and forearm"), "{named:?}");
+}
+
+#[test]
+fn neighbours_sink_into_each_other_no_deeper_than_in_walks_or_as_the_robot_file_says() {
+    // A cover of the upper arm overlaps the forearm, which sinks into it as the elbow bends.
+    let mut covered = robot();
+    let (link_from_shape, shape) = (at(0.0, 0.225, -0.5), box_of(0.2, 0.2, 0.3));
+    covered.links[3].shapes.push(LinkShape { link_from_shape, shape });
+    let check = |robot: &RobotModel, elbow: f64| {
+        let motion = swing((0.0, 0.0), (0.0, elbow), 13);
+        check_motion(robot.clone(), world(vec![]), &both_feet(), &motion)
+    };
+    check(&covered, 0.59).unwrap();
+    let line = "its robot file says: [[allowed_overlaps]] links = [\"upper_arm\", \"forearm\"]";
+    refused(check(&covered, 1.2), Check::SelfCollision, line);
+    let links = ["forearm", "upper_arm"].map(String::from);
+    covered.allowed_overlaps.push(AllowedOverlap { links, depth: 0.25 });
+    check(&covered, 1.2).unwrap();
+}
+
+#[test]
+fn a_leg_sinks_into_a_cover_no_deeper_than_in_walks() {
+    // A rod of the torso touches the right leg from behind, and reaches to where the leg swings.
+    let mut robot = robot_on_the_left_foot();
+    let slant =
+        Pose::from_parts(DVec3::new(-0.0675, -0.1, -0.005), rotation_about(DVec3::Y, -0.0555));
+    let shape = Shape::Capsule { radius: 0.02, half_length: 0.496 };
+    robot.joints[1].upper = 3.0;
+    robot.links[0].shapes.push(LinkShape { link_from_shape: slant, shape });
+    let mut checker = Checker::new(robot, world(vec![]), CheckerConfig::default()).unwrap();
+    let mut self_collision = |angle: f64| {
+        let swung = |i: usize| {
+            let mut at = waypoint(i as f64, 0.0, 0.0);
+            at.q[1] = angle + 0.01 * i as f64;
+            at
+        };
+        let segment = MotionSegment {
+            mode: SupportMode::Left,
+            contacts: &[contact(0)],
+            waypoints: &[swung(0), swung(1)],
+            course: Course::Straight,
+        };
+        let violations = checker.check_all(&segment).violations;
+        violations.into_iter().find(|violation| violation.check == Check::SelfCollision)
+    };
+    assert_eq!(self_collision(0.0), None);
+    assert_eq!(self_collision(2.58), None);
+    let violation = self_collision(2.9).unwrap();
+    assert!(violation.detail.contains("torso overlaps right_leg by"), "{violation}");
 }
 
 #[test]

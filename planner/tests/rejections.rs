@@ -86,6 +86,10 @@ impl Stand {
             .map(|_| ())
     }
 
+    fn check_on_curve(&self, configuration: &Configuration) -> Result<(), Rejection> {
+        self.constraints.check_on_curve(&self.mode, configuration, &mut KinematicState::default())
+    }
+
     /// A crouch on the same soles.
     fn crouched(&self) -> Configuration {
         let posture = Posture {
@@ -234,4 +238,20 @@ fn valid_configurations_and_motions_are_not_rejected() {
     assert!(
         solve(&stand.constraints, &stand.crouch_problem(), &mut Workspace::new(1024, 64)).is_ok()
     );
+}
+
+#[test]
+fn a_curve_uses_half_of_the_joints_margin_and_keeps_the_soles() {
+    let stand = stand();
+    let elbow = stand.case.model.joints.iter().find(|joint| joint.name == "left_elbow").unwrap();
+    let margin = stand.constraints.config.joint_margin;
+    assert_eq!(stand.check_on_curve(&stand.configuration()), Ok(()));
+    let at = |share: f64| stand.moved(&[("left_elbow", elbow.lower + share * margin)]);
+    assert_eq!(stand.check_on_curve(&at(0.6)), Ok(()));
+    assert_eq!(stand.check_on_curve(&at(0.4)), Err(Rejection::Unreachable));
+    let mut drifted = stand.configuration();
+    drifted.world_from_root.translation.x += 0.9e-3;
+    assert_eq!(stand.check_on_curve(&drifted), Ok(()));
+    drifted.world_from_root.translation.x += 0.2e-3;
+    assert_eq!(stand.check_on_curve(&drifted), Err(Rejection::FootDrift));
 }

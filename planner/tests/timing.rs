@@ -293,6 +293,62 @@ fn a_smooth_walk_is_smooth_and_the_same_again() {
     assert!(spans[1].iter().all(moving), "and nowhere else");
 }
 
+/// Whether a whole walk has a timing within the limits.
+fn has_timing(model: &RobotModel, walk: &SmoothWalk) -> bool {
+    let mut timing = timing_of(model, walk);
+    let path = Path { points: &walk.points, spans: &walk.spans };
+    timing.begin();
+    for _ in &walk.spans {
+        timing.add_span(path).unwrap();
+    }
+    timing.solve(path, walk.spans.len(), 0)
+}
+
+#[test]
+fn a_path_beyond_a_joint_limit_has_no_timing() {
+    let mut model = hubo();
+    let walk = smooth_walk(&model, 2, 0.12);
+    let knee = model.joints.iter().position(|joint| joint.name == "left_knee").unwrap();
+    let highest = walk.points.iter().map(|point| point.q[knee]).fold(f64::NEG_INFINITY, f64::max);
+    model.joints[knee].upper = highest + 2e-4;
+    assert!(has_timing(&model, &walk));
+    model.joints[knee].upper = highest - 1e-3;
+    assert!(!has_timing(&model, &walk));
+}
+
+#[test]
+fn a_stance_sole_that_the_curve_moves_is_moved_slowly() {
+    let model = hubo();
+    let robot = InverseDynamics::new(&model);
+    let walk = smooth_walk(&model, 2, 0.12);
+    let spans = timed(&mut timing_of(&model, &walk), &walk);
+    let sole_speed = |spans: &[Vec<Waypoint>]| {
+        let speed = |span: &PathSpan, sample: &Waypoint| {
+            let limb = span.contacts[0].limb as usize;
+            let chain = model.chain(model.feet[limb].link);
+            let chain: Vec<usize> = chain.into_iter().collect();
+            let instant = Instant::new((&model, &robot), span, sample);
+            let mut v = [0.0; VELOCITY_MAX];
+            v[..6].copy_from_slice(&sample.root_velocity);
+            v[6..].copy_from_slice(&sample.joint_velocity);
+            let sole = DVec3::from(span.contacts[0].position);
+            instant.frames.point_velocity(&chain, sole, &v).length()
+        };
+        let of_span = |(span, waypoints): (&PathSpan, &Vec<Waypoint>)| {
+            between(waypoints).map(|sample| speed(span, &sample)).fold(0.0, f64::max)
+        };
+        walk.spans.iter().zip(spans).map(of_span).fold(0.0, f64::max)
+    };
+    assert!(sole_speed(&spans) < 0.01, "{}", sole_speed(&spans));
+    let span = &walk.spans[1];
+    let middle = span.first.midpoint(span.last);
+    let mut moved = smooth_walk(&model, 2, 0.12);
+    moved.points[middle].first[0] += 0.06;
+    let spans = timed(&mut timing_of(&model, &moved), &moved);
+    let fastest = sole_speed(&spans);
+    assert!(fastest > 0.01 && fastest < 0.0182, "{fastest}");
+}
+
 #[test]
 fn a_window_ends_at_rest_and_costs_little_time() {
     let model = hubo();

@@ -7,6 +7,7 @@ mod round_trip;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
+use surefoot_controller_sim::Checker;
 use surefoot_planner::Planner;
 
 use crate::cli::arguments::DoctorArguments;
@@ -69,9 +70,27 @@ fn scenario(path: &Path) -> Vec<Finding> {
             .build()?)
     });
     match planner {
-        Ok(planner) => vec![arenas(&inputs, &planner), on_one_foot(&inputs, &planner)],
+        Ok(planner) => {
+            let findings = [arenas(&inputs, &planner), on_one_foot(&inputs, &planner)];
+            findings.into_iter().chain(collision_pairs(&inputs)).collect()
+        }
         Err(error) => vec![Finding::missing(format!("scenario: {error}"))],
     }
+}
+
+/// What the controller's collision checks leave out: the pairs of links that may overlap, and the
+/// links without a shape.
+fn collision_pairs(inputs: &Inputs) -> Vec<Finding> {
+    let Inputs { model, world, scenario, .. } = inputs;
+    let checker = match Checker::new(model.clone(), world.clone(), scenario.checker.clone()) {
+        Ok(checker) => checker,
+        Err(error) => return vec![Finding::missing(format!("controller: {error}"))],
+    };
+    let overlaps = checker.allowed_overlaps().iter();
+    let unshaped = checker.unshaped_links().map(|link| {
+        Finding::advice(format!("robot: no collision check covers {link}, which has no shape"))
+    });
+    overlaps.map(|line| Finding::good(format!("robot: {line}"))).chain(unshaped).collect()
 }
 
 fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {

@@ -1,17 +1,17 @@
 //! How deep two links of the robot may overlap, decided from the robot alone.
 //!
-//! Links without a joint between them do not move against each other and are not checked. Links at
-//! most three joints apart whose covers overlap in the standing posture are not checked either: the
-//! overlap about a joint grows as the joint bends. Any other pair that overlaps in the standing
-//! posture may overlap as deep as there, and all pairs that are clear there must stay apart. Joints
-//! that are locked separate links, too.
-
-use std::collections::BTreeMap;
+//! Links without a joint between them do not move against each other and are not checked. A pair
+//! that is clear in the standing posture must stay apart. Covers of links that are near each other
+//! and overlap there overlap deeper as the joints between them bend: within the range of these
+//! joints in walks they are not checked, and beyond it they may be as deep as in any of a grid of
+//! postures within it, or as deep as the robot file allows. Any other pair that overlaps in the
+//! standing posture may overlap as deep as there. Joints that are locked separate links, too.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
+use surefoot_shared_types::robot::model::{JointIndex, LinkIndex, RobotModel};
 
+use crate::base::comparison::largest;
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::body_separation;
 use crate::kinematics::forward::{Configuration, Posture};
@@ -19,73 +19,182 @@ use crate::kinematics::forward::{Configuration, Posture};
 /// Covers of links this many joints apart may overlap as the joints bend: a hip, an ankle or a
 /// wrist has up to three joints.
 const NEAR_MAX: usize = 3;
+/// Joints move in walks by at most this from the standing posture, rad or m: those that carry a
+/// foot, and the others.
+const LEG_JOINT_REACH: f64 = 2.6;
+const FREE_JOINT_REACH: f64 = 0.65;
+/// Postures per joint in which the depth of near links is measured. Between them it may be a little
+/// greater, so the largest measured depth is a strict limit.
+const POSTURES_PER_JOINT: usize = 7;
 /// Depths are allowed with this rounding, m.
 const DEPTH_ROUNDING: f64 = 1e-6;
 
-/// The depth that each pair of bodies may overlap, m; infinite for a pair that is not checked, and
-/// no entry for bodies of one rigid piece. The smaller index of the bodies comes first.
-pub type AllowedDepths = BTreeMap<(usize, usize), f64>;
+/// Two bodies with a joint between them. The smaller index of the bodies comes first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SelfPair {
+    /// Indices of the bodies.
+    pub bodies: (usize, usize),
+    /// How deep they overlap in the standing posture, m; 0 where they are clear of each other.
+    pub standing_depth: f64,
+    /// How deep they may overlap, m.
+    pub depth_max: f64,
+    /// The joints between near bodies and their ranges in walks: nothing is checked where all of
+    /// them are within their ranges. Empty for other pairs.
+    pub walked: Vec<JointRange>,
+}
 
-/// The allowed depths of all pairs of bodies with a joint between them. `model` has its locked
-/// joints as joints.
-pub fn allowed_depths(model: &RobotModel, bodies: &[CollisionBody]) -> AllowedDepths {
-    let posture = standing_posture(model);
-    let placed: Vec<Option<(LinkIndex, SolidPose)>> = bodies
-        .iter()
-        .map(|body| {
-            body.link.map(|link| (link, SolidPose::new(body, &posture.world_from_link[link])))
-        })
-        .collect();
-    let mut depths = AllowedDepths::new();
-    for (first, second) in
-        (0..bodies.len()).flat_map(|a| (a + 1..bodies.len()).map(move |b| (a, b)))
-    {
-        let (Some((a, at)), Some((b, there))) = (&placed[first], &placed[second]) else { continue };
-        let apart = if a == b { 0 } else { joints_apart(model, (*a, *b)) };
-        if apart == 0 {
-            continue;
-        }
-        let direction = (there.bounds.centre() - at.bounds.centre()).normalize_or(DVec3::X);
-        let solids = ((&bodies[first].solid, at), (&bodies[second].solid, there));
-        let distance = body_separation(solids.0, solids.1, direction, 0.0).distance;
-        let depth = match apart {
-            _ if distance >= 0.0 => 0.0,
-            1..=NEAR_MAX => f64::INFINITY,
-            _ => DEPTH_ROUNDING - distance,
-        };
-        depths.insert((first, second), depth);
+/// A joint's range in walks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointRange {
+    /// The joint.
+    pub joint: JointIndex,
+    /// Its lower end, rad or m.
+    pub low: f64,
+    /// Its upper end, rad or m.
+    pub high: f64,
+}
+
+impl SelfPair {
+    /// Whether every joint between the bodies is within its range in walks.
+    pub fn is_walked(walked: &[JointRange], configuration: &Configuration) -> bool {
+        let is_within =
+            |range: &JointRange| (range.low..=range.high).contains(&configuration.q[range.joint]);
+        !walked.is_empty() && walked.iter().all(is_within)
     }
-    depths
+}
+
+/// All pairs of bodies with a joint between them.
+pub fn self_pairs(model: &RobotModel, bodies: &[CollisionBody]) -> Vec<SelfPair> {
+    let survey = DepthSurvey::new(model, bodies);
+    let indices = (0..bodies.len()).flat_map(|a| (a + 1..bodies.len()).map(move |b| (a, b)));
+    indices.filter_map(|pair| survey.pair(pair)).collect()
+}
+
+/// Measures depths in postures of a robot whose root is at the origin.
+struct DepthSurvey<'a> {
+    /// Locked joints are its last joints.
+    model: RobotModel,
+    bodies: &'a [CollisionBody],
+    standing: Posture,
+    /// The joints that carry a foot.
+    leg_joints: Vec<JointIndex>,
+    /// Joints from this one on are locked.
+    moving: usize,
+}
+
+impl<'a> DepthSurvey<'a> {
+    fn new(robot: &RobotModel, bodies: &'a [CollisionBody]) -> Self {
+        let model = robot.unlocked();
+        let standing = posture(&model, model.standing_q.clone());
+        let leg_joints = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
+        Self { model, bodies, standing, leg_joints, moving: robot.joints.len() }
+    }
+
+    /// The pair of these bodies, if they are robot's and a joint separates them.
+    fn pair(&self, bodies: (usize, usize)) -> Option<SelfPair> {
+        let (a, b) = (self.bodies[bodies.0].link?, self.bodies[bodies.1].link?);
+        let between = joints_between(&self.model, (a, b));
+        if between.is_empty() {
+            return None;
+        }
+        let standing_depth = self.depth(&self.standing, bodies);
+        let pair = |depth_max, walked| SelfPair { bodies, standing_depth, depth_max, walked };
+        if standing_depth == 0.0 {
+            return Some(pair(0.0, vec![]));
+        }
+        if between.len() > NEAR_MAX {
+            return Some(pair(standing_depth + DEPTH_ROUNDING, vec![]));
+        }
+        let moving = between.into_iter().filter(|joint| *joint < self.moving);
+        let walked: Vec<JointRange> = moving.map(|joint| self.walked(joint)).collect();
+        let depths = postures(&self.model, &walked).map(|posture| self.depth(&posture, bodies));
+        let depth_max = largest(depths.chain([standing_depth, self.granted((a, b))]));
+        Some(pair(depth_max + DEPTH_ROUNDING, walked))
+    }
+
+    /// How deep two bodies overlap, m; 0 where they are clear of each other.
+    fn depth(&self, posture: &Posture, (first, second): (usize, usize)) -> f64 {
+        let [a, b] = [first, second].map(|index| {
+            let body = &self.bodies[index];
+            let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
+            (&body.solid, SolidPose::new(body, &pose))
+        });
+        let direction = (b.1.bounds.centre() - a.1.bounds.centre()).normalize_or(DVec3::X);
+        let distance = body_separation((a.0, &a.1), (b.0, &b.1), direction, 0.0).distance;
+        if distance >= 0.0 { 0.0 } else { -distance }
+    }
+
+    /// A joint's range in walks.
+    fn walked(&self, joint: JointIndex) -> JointRange {
+        let (limits, standing) = (&self.model.joints[joint], self.model.standing_q[joint]);
+        let is_of_leg = self.leg_joints.contains(&joint);
+        let reach = if is_of_leg { LEG_JOINT_REACH } else { FREE_JOINT_REACH };
+        let (low, high) = ((standing - reach).max(limits.lower), standing + reach);
+        JointRange { joint, low, high: high.min(limits.upper) }
+    }
+
+    /// The depth that the robot file allows these links.
+    fn granted(&self, (a, b): (LinkIndex, LinkIndex)) -> f64 {
+        let names = [&self.model.links[a].name, &self.model.links[b].name];
+        self.model.allowed_overlap(names.map(String::as_str)).unwrap_or(0.0)
+    }
+}
+
+/// The postures in which these joints have equally spaced positions, each with each, and all others
+/// stand.
+fn postures<'a>(
+    model: &'a RobotModel,
+    ranges: &'a [JointRange],
+) -> impl Iterator<Item = Posture> + 'a {
+    let count = POSTURES_PER_JOINT.pow(ranges.len() as u32);
+    (0..count).map(move |index| {
+        let mut q = model.standing_q.clone();
+        let mut rest = index;
+        for range in ranges {
+            let share = (rest % POSTURES_PER_JOINT) as f64 / (POSTURES_PER_JOINT - 1) as f64;
+            q[range.joint] = range.low + share * (range.high - range.low);
+            rest /= POSTURES_PER_JOINT;
+        }
+        posture(model, q)
+    })
+}
+
+fn posture(model: &RobotModel, q: Vec<f64>) -> Posture {
+    Posture::new(model, &Configuration { world_from_root: Pose::IDENTITY, q })
+}
+
+/// The joints on the path between two links.
+fn joints_between(model: &RobotModel, (a, b): (LinkIndex, LinkIndex)) -> Vec<JointIndex> {
+    let (first, second) = (model.chain(a), model.chain(b));
+    let shared = first.iter().zip(&second).take_while(|(x, y)| x == y).count();
+    first[shared..].iter().chain(&second[shared..]).copied().collect()
 }
 
 /// The pairs that may overlap, one line each, with the reason.
-pub fn describe(depths: &AllowedDepths, bodies: &[CollisionBody]) -> Vec<String> {
-    let mut lines: Vec<String> = depths
-        .iter()
-        .filter(|(_, depth)| **depth > 0.0)
-        .map(|(&(a, b), depth)| {
-            let (a, b) = (&bodies[a].name, &bodies[b].name);
-            if depth.is_infinite() {
-                return format!("may overlap: {a} and {b}, near each other, as when standing");
-            }
-            let depth = 1e3 * depth;
-            format!("may overlap: {a} and {b}, by {depth:.1} mm as when standing")
+pub fn describe(pairs: &[SelfPair], bodies: &[CollisionBody]) -> Vec<String> {
+    let overlapping = pairs.iter().filter(|pair| pair.standing_depth > 0.0);
+    let mut lines: Vec<String> = overlapping
+        .map(|pair| {
+            let (a, b) = (&bodies[pair.bodies.0].name, &bodies[pair.bodies.1].name);
+            let (standing, depth) = (1e3 * pair.standing_depth, 1e3 * pair.depth_max);
+            let reason = if pair.walked.is_empty() {
+                format!("by {depth:.1} mm as when standing")
+            } else {
+                format!("neighbours, by {depth:.1} mm as in walks, {standing:.1} mm when standing")
+            };
+            format!("may overlap: {a} and {b}, {reason}")
         })
         .collect();
     lines.dedup();
     lines
 }
 
-/// The standing posture of a robot whose root is at the origin. Locked joints stand at their
-/// positions.
-fn standing_posture(model: &RobotModel) -> Posture {
-    let q = model.standing_q.clone();
-    Posture::new(model, &Configuration { world_from_root: Pose::IDENTITY, q })
-}
-
-/// The joints between two links.
-fn joints_apart(model: &RobotModel, (a, b): (LinkIndex, LinkIndex)) -> usize {
-    let (first, second) = (model.chain(a), model.chain(b));
-    let shared = first.iter().zip(&second).take_while(|(x, y)| x == y).count();
-    first.len() + second.len() - 2 * shared
+/// What a robot file has to say for these bodies to overlap `depth` (m) deep.
+pub fn advice((a, b): (&CollisionBody, &CollisionBody), depth: f64) -> String {
+    let (links, tenths) = ([&a.name, &b.name], (1e4 * depth).ceil());
+    format!(
+        "; if the robot is built so, its robot file says: [[allowed_overlaps]] links = {links:?} \
+         depth = {}",
+        1e-4 * tenths
+    )
 }

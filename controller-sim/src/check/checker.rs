@@ -15,7 +15,7 @@ use crate::base::comparison::largest;
 use crate::check::acceleration::{
     check_acceleration, check_stated_accelerations, peak_acceleration,
 };
-use crate::check::allowed_pairs::{allowed_depths, describe};
+use crate::check::allowed_pairs::{describe, self_pairs};
 use crate::check::balance::{check_balance, friction_reserve};
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
 use crate::check::collision::CollisionModel;
@@ -83,9 +83,9 @@ impl Checker {
         check_soles(&model, &robot_bodies, config.contact_gap_max)?;
         let supports = SupportFinder::new(&model, &world, &config).map_err(CheckerError::Shape)?;
         let unlocked = model.unlocked();
-        let allowed = allowed_depths(&unlocked, &robot_bodies);
-        let allowed_overlaps = describe(&allowed, &robot_bodies);
-        let collisions = CollisionModel::new(&model, &allowed, robot_bodies, world_bodies);
+        let pairs = self_pairs(&model, &robot_bodies);
+        let allowed_overlaps = describe(&pairs, &robot_bodies);
+        let collisions = CollisionModel::new(&model, &pairs, robot_bodies, world_bodies);
         let equilibrium = Equilibrium::new(world.mu);
         Ok(Self {
             model,

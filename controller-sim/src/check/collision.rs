@@ -7,7 +7,7 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::base::comparison::is_at_most;
-use crate::check::allowed_pairs::AllowedDepths;
+use crate::check::allowed_pairs::SelfPair;
 use crate::check::continuous_collision::{
     BodyPair, ContinuousCollision, OtherBody, overlap_violation,
 };
@@ -39,17 +39,12 @@ impl CollisionModel {
     /// Lists the pairs that must stay apart, or may overlap up to a depth.
     pub fn new(
         model: &RobotModel,
-        allowed: &AllowedDepths,
+        pairs: &[SelfPair],
         robot: Vec<CollisionBody>,
         world: Vec<CollisionBody>,
     ) -> Self {
         let lever_arms = robot.iter().map(|body| LeverArms::new(model, body)).collect();
-        // A pair that may overlap has no distance to report.
-        let self_pair = |(&(i, k), &depth): (&(usize, usize), &f64)| {
-            BodyPair::new(i, OtherBody::Robot(k), depth == 0.0).allowing(depth)
-        };
-        let checked = allowed.iter().filter(|(_, depth)| depth.is_finite());
-        let self_pairs = checked.map(self_pair).collect();
+        let self_pairs = pairs.iter().map(BodyPair::of_robot).collect();
         let is_foot =
             |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
         let world_pairs = (0..robot.len()).flat_map(|i| (0..world.len()).map(move |k| (i, k)));

@@ -3,7 +3,9 @@
 //! The signed distance of two bodies changes no faster than they move. If it is `d0` and `d1` at
 //! the ends of an interval in which no point moves more than `w` relative to the other body, it
 //! never falls below `(d0 + d1 - w) / 2`. Where that does not clear a pair, the interval is halved
-//! for this pair, down to a motion of [`RESOLUTION`].
+//! for this pair, down to a motion of [`RESOLUTION`]. For the same reason a distance known at an
+//! earlier instant, less the motion since then, bounds the distance at every later instant: a pair
+//! is measured only where this bound is not enough.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -11,10 +13,11 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, is_below};
+use crate::check::allowed_pairs::{JointRange, SelfPair, advice};
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
-use crate::check::tuning::RESOLUTION;
+use crate::check::tuning::{LOOK_AHEAD, RESOLUTION};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::{body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
@@ -40,19 +43,36 @@ pub struct BodyPair {
     measured: bool,
     /// How deep the bodies may overlap beyond the tolerance, m.
     allowed_depth: f64,
+    /// The ranges of the joints between the bodies within which nothing is checked.
+    walked: Vec<JointRange>,
     /// The last separating direction.
     hint: Option<DVec3>,
+    /// A lower bound on the distance at the end of the motion so far, m.
+    bound: f64,
 }
 
 impl BodyPair {
     /// A pair without a separating direction yet.
     pub fn new(body: usize, other_body: OtherBody, measured: bool) -> Self {
-        Self { body, other_body, measured, allowed_depth: 0.0, hint: None }
+        let bound = f64::NEG_INFINITY;
+        Self { body, other_body, measured, allowed_depth: 0.0, walked: vec![], hint: None, bound }
     }
 
-    /// The same pair, which may overlap by `depth` (m) beyond the tolerance.
-    pub fn allowing(self, depth: f64) -> Self {
-        Self { allowed_depth: depth, ..self }
+    /// Two bodies of the robot. If they may overlap, they have no distance to report.
+    pub fn of_robot(pair: &SelfPair) -> Self {
+        let (body, other) = pair.bodies;
+        let clear = Self::new(body, OtherBody::Robot(other), pair.depth_max == 0.0);
+        Self { allowed_depth: pair.depth_max, walked: pair.walked.clone(), ..clear }
+    }
+
+    /// The lowest signed distance allowed, m.
+    fn deepest(&self, penetration_max: f64) -> f64 {
+        -penetration_max - self.allowed_depth
+    }
+
+    /// Whether all configurations between these two leave nothing to check.
+    fn is_walked(&self, start: &Configuration, end: &Configuration) -> bool {
+        [start, end].iter().all(|configuration| SelfPair::is_walked(&self.walked, configuration))
     }
 }
 
@@ -93,6 +113,12 @@ struct Interval<'a> {
     to: f64,
 }
 
+impl Interval<'_> {
+    fn is_whole(&self) -> bool {
+        self.from == 0.0 && self.to == 1.0
+    }
+}
+
 impl ContinuousCollision<'_> {
     /// Checks a whole motion. `heartbeat` is called at every waypoint.
     pub fn run(
@@ -100,6 +126,9 @@ impl ContinuousCollision<'_> {
         configurations: &[Configuration],
         heartbeat: &mut dyn FnMut(),
     ) -> Result<(), Violation> {
+        for pair in self.pairs.iter_mut() {
+            pair.bound = f64::NEG_INFINITY;
+        }
         let mut before: Option<BodyPoses> = None;
         for (waypoint, end) in configurations.iter().enumerate() {
             heartbeat();
@@ -118,12 +147,29 @@ impl ContinuousCollision<'_> {
                     to: 1.0,
                 };
                 let displacements = self.displacements(&interval, &Change::between(start, end))?;
-                let all: Vec<usize> = (0..self.pairs.len()).collect();
-                self.clear(&interval, (previous, &poses), &displacements, &all)?;
+                let near = self.pairs_to_measure(&interval, &displacements);
+                self.clear(&interval, (previous, &poses), &displacements, &near)?;
             }
             before = Some(poses);
         }
         Ok(())
+    }
+
+    /// The pairs of which the bound does not tell that they stay clear over an interval, and no
+    /// nearer than the smallest distance so far. The bounds of the others move on to its end.
+    fn pairs_to_measure(&mut self, interval: &Interval, displacements: &[f64]) -> Vec<usize> {
+        let (penetration_max, worst) = (self.penetration_max, self.worst);
+        let mut near = Vec::new();
+        for (index, pair) in self.pairs.iter_mut().enumerate() {
+            let needed = if pair.measured { worst } else { pair.deepest(penetration_max) };
+            let at_end = pair.bound - displacements[index];
+            if is_at_most(needed, at_end) || pair.is_walked(interval.start, interval.end) {
+                pair.bound = at_end;
+            } else {
+                near.push(index);
+            }
+        }
+        near
     }
 
     fn place(&self, configuration: &Configuration) -> BodyPoses {
@@ -171,10 +217,15 @@ impl ContinuousCollision<'_> {
         let mut in_doubt = Vec::new();
         for &pair in pairs {
             let displacement = displacements[pair] * (interval.to - interval.from);
-            let at_start = self.distance(interval.waypoint, ends.0, pair, displacement)?;
+            let deepest = self.pairs[pair].deepest(self.penetration_max);
+            let known = self.pairs[pair].bound;
+            let at_start = if interval.is_whole() && is_at_most(deepest, known) {
+                known
+            } else {
+                self.distance(interval.waypoint, ends.0, pair, displacement)?
+            };
             let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
             let lowest = 0.5 * (at_start + at_end - displacement);
-            let deepest = -self.penetration_max - self.pairs[pair].allowed_depth;
             if !is_at_most(deepest, lowest) && !is_at_most(displacement, RESOLUTION) {
                 in_doubt.push(pair);
             }
@@ -213,7 +264,8 @@ impl ContinuousCollision<'_> {
             OtherBody::Robot(other) => (&self.robot[other], &poses.robot[other]),
             OtherBody::World(other) => (&self.world[other], &self.world_poses[other]),
         };
-        let enough = if pair.measured { displacement.max(self.worst) } else { displacement };
+        let needed = if pair.measured { displacement.max(self.worst) } else { displacement };
+        let enough = needed + LOOK_AHEAD * displacement;
         let hint = pair.hint.unwrap_or_else(|| {
             (there.bounds.centre() - placed.bounds.centre()).normalize_or(DVec3::X)
         });
@@ -222,13 +274,19 @@ impl ContinuousCollision<'_> {
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
         let depth_max = self.penetration_max + pair.allowed_depth;
         if !is_at_most(-depth_max, found.distance) {
-            let bodies = (body, other);
-            return Err(overlap_violation(self.check, waypoint, bodies, found.distance, depth_max));
+            let (bodies, is_near) = ((body, other), !pair.walked.is_empty());
+            let mut violation =
+                overlap_violation(self.check, waypoint, bodies, found.distance, depth_max);
+            if is_near {
+                violation.detail += &advice(bodies, -found.distance);
+            }
+            return Err(violation);
         }
         if pair.measured {
             self.worst = self.worst.min(found.distance);
         }
-        self.pairs[index].hint = Some(found.direction);
+        let pair = &mut self.pairs[index];
+        (pair.hint, pair.bound) = (Some(found.direction), found.distance);
         Ok(found.distance)
     }
 }

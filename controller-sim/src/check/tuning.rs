@@ -18,6 +18,9 @@ pub(crate) const SOLE_TURN_SPEED_MAX: f64 = 0.1;
 
 /// For motions up to this length (m) only their ends are checked.
 pub(crate) const RESOLUTION: f64 = 1e-3;
+/// A distance is measured up to what an interval needs and the motion of this many more, so that
+/// they need not be measured.
+pub(crate) const LOOK_AHEAD: f64 = 8.0;
 /// Larger distances are reported as this one, m.
 pub(crate) const DISTANCE_CAP: f64 = 0.1;
 

@@ -27,6 +27,11 @@ impl Bounds {
         0.5 * (self.low + self.high)
     }
 
+    /// The largest component of its points along a direction.
+    pub fn reach(&self, direction: DVec3) -> f64 {
+        DVec3::select(direction.cmpge(DVec3::ZERO), self.high, self.low).dot(direction)
+    }
+
     /// The axis-aligned box around this one, moved.
     pub fn transformed(&self, world_from_local: &Pose) -> Self {
         let rotation = DMat3::from_quat(world_from_local.rotation);

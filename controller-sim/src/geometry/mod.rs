@@ -2,6 +2,7 @@
 
 pub(crate) mod body;
 pub(crate) mod bounds;
+pub(crate) mod hull;
 pub(crate) mod mesh_solid;
 pub(crate) mod penetration;
 pub mod polygon;

@@ -110,7 +110,8 @@ fn depth_in_convex(convex: &Convex, point: DVec3) -> f64 {
         Core::Cylinder { radius, half_length } => {
             (radius - point.truncate().length()).min(half_length - point.z.abs())
         }
-        Core::Points(_) | Core::Triangle(_) => {
+        Core::Hull(hull) => hull.depth(point) + convex.radius,
+        Core::Triangle(_) => {
             let vertex = Convex { core: Core::Segment(0.0), radius: 0.0 };
             let pose = Pose::from_translation(point);
             let solid = (convex, &Pose::IDENTITY);

@@ -209,7 +209,7 @@ fn separating_axes(a: PlacedConvex, b: PlacedConvex) -> Vec<DVec3> {
 fn edges(core: &Core) -> [DVec3; 3] {
     match core {
         Core::Triangle([a, b, c]) => [b - a, c - b, a - c].map(DVec3::normalize_or_zero),
-        Core::Box(_) | Core::Segment(_) | Core::Cylinder { .. } | Core::Points(_) => DVec3::AXES,
+        Core::Box(_) | Core::Segment(_) | Core::Cylinder { .. } | Core::Hull(_) => DVec3::AXES,
     }
 }
 

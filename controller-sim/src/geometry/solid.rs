@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, SupportMap};
-use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::Shape;
 
 use crate::geometry::bounds::Bounds;
+use crate::geometry::hull::Hull;
 use crate::geometry::mesh_solid::MeshSolid;
 
 /// The sharp part of a convex solid.
@@ -23,7 +23,7 @@ pub enum Core {
         half_length: f64,
     },
     /// The hull of some points.
-    Points(Vec<DVec3>),
+    Hull(Hull),
     /// A triangle of a mesh.
     Triangle([DVec3; 3]),
 }
@@ -38,7 +38,7 @@ impl SupportMap for Core {
                     direction.truncate().try_normalize().unwrap_or(glam::DVec2::X) * *radius;
                 across.extend(half_length.copysign(direction.z))
             }
-            Self::Points(points) => furthest(points, direction),
+            Self::Hull(hull) => hull.support(direction),
             Self::Triangle(corners) => furthest(corners, direction),
         }
     }
@@ -85,8 +85,8 @@ impl Convex {
                 let turned = |at: DVec3| DVec3::new(at.x, -at.z, at.y);
                 (vertices.into_iter().map(turned).collect(), triangles)
             }
-            Core::Points(points) => try_convex_hull(points).unwrap_or_default(),
-            Core::Triangle(corners) => (corners.to_vec(), vec![[0, 1, 2]]),
+            Core::Hull(hull) => return hull.triangles().to_vec(),
+            Core::Triangle(corners) => return vec![*corners],
         };
         let corners = |triangle: [u32; 3]| triangle.map(|index| vertices[index as usize]);
         triangles.into_iter().map(corners).collect()
@@ -116,11 +116,7 @@ impl Solid {
             Shape::Cylinder { radius, half_length } => {
                 convex(Core::Cylinder { radius: *radius, half_length: *half_length }, 0.0)
             }
-            Shape::ConvexHull { points } => {
-                let (vertices, _) =
-                    try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
-                convex(Core::Points(vertices), 0.0)
-            }
+            Shape::ConvexHull { points } => convex(Core::Hull(Hull::new(points)?), 0.0),
             Shape::Mesh { vertices, triangles, .. } => {
                 Ok(Self::Mesh(Box::new(MeshSolid::new(vertices, triangles)?)))
             }
@@ -146,8 +142,8 @@ impl Solid {
             points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max)
         };
         match self {
-            Self::Convex(Convex { core: Core::Points(points), radius }) => {
-                furthest(points) + radius
+            Self::Convex(Convex { core: Core::Hull(hull), radius }) => {
+                furthest(hull.points()) + radius
             }
             Self::Convex(_) => {
                 let bounds = self.local_bounds();

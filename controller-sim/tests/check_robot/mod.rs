@@ -102,6 +102,7 @@ pub fn robot() -> RobotModel {
         standing_q: vec![0.0; 4],
         locked_joints: Vec::new(),
         additions: Default::default(),
+        allowed_overlaps: Vec::new(),
         digest: Digest([1; 32]),
     }
 }

@@ -10,8 +10,8 @@ use crate::collision::model::{CollisionModel, FootPhase, Hit};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::rejection::Rejection;
 use crate::constraints::tuning::{
-    COM_MARGIN_RESERVE, INTERVALS_MIN, LOAD_SHARES, MARGIN_DEPTH_SHARE_MAX, MORE_LOAD_SHARES,
-    START_MARGIN_LOSS_MAX,
+    COM_MARGIN_RESERVE, CURVE_MARGIN_SHARE, CURVE_ROUNDING, INTERVALS_MIN, LOAD_SHARES,
+    MARGIN_DEPTH_SHARE_MAX, MORE_LOAD_SHARES, START_MARGIN_LOSS_MAX,
 };
 use crate::robot::configuration::{Configuration, midway};
 use crate::robot::gravity_torques::{FootLoad, balance_loads, effort_use};
@@ -122,6 +122,25 @@ impl Constraints {
             self.check_collision(scratch, feet)?;
         }
         Ok(intervals as u64 - 1)
+    }
+
+    /// Checks a configuration on the curve between two that satisfy the constraints: it may use
+    /// half of the joints' margin, and its stance soles may drift. `scratch` is overwritten.
+    ///
+    /// # Errors
+    /// The first constraint that it violates.
+    pub fn check_on_curve(
+        &self,
+        mode: &Mode,
+        configuration: &Configuration,
+        scratch: &mut KinematicState,
+    ) -> Result<(), Rejection> {
+        let beyond = CURVE_MARGIN_SHARE * self.config.joint_margin + CURVE_ROUNDING;
+        if !self.robot.is_within_limits(&configuration.q, beyond) {
+            return Err(Rejection::Unreachable);
+        }
+        scratch.update(&self.robot, configuration);
+        self.are_soles_in_place(mode, scratch).then_some(()).ok_or(Rejection::FootDrift)
     }
 
     fn check_collision(

@@ -19,3 +19,7 @@ pub(crate) const MORE_LOAD_SHARES: [f64; 19] = [
 ];
 /// Fewest intervals in which a motion between two configurations is checked.
 pub(crate) const INTERVALS_MIN: f64 = 2.0;
+/// Share of the joints' margin that the curve between two configurations may use.
+pub(crate) const CURVE_MARGIN_SHARE: f64 = 0.5;
+/// Rounding of a joint on a curve, rad or m.
+pub(crate) const CURVE_ROUNDING: f64 = 5e-7;

@@ -108,6 +108,15 @@ impl LinkFrames {
         }
         velocity
     }
+
+    /// The angular velocity (rad/s) of the body beyond all of `chain`.
+    pub fn angular_velocity(&self, chain: &[usize], v: &[f64; VELOCITY_MAX]) -> DVec3 {
+        let turns = chain.iter().map(|&index| match &self.joints[index] {
+            (axis, _, JointKind::Revolute) => *axis * v[6 + index],
+            (_, _, JointKind::Prismatic) => DVec3::ZERO,
+        });
+        turns.fold(DVec3::from_slice(&v[3..]), |sum, turn| sum + turn)
+    }
 }
 
 impl InverseDynamics {

@@ -154,6 +154,17 @@ impl Mechanism {
             .all(|(leg, sole)| solve(leg, &(root_from_world * *sole), &mut configuration.q))
     }
 
+    /// Whether all joints are at most `beyond` (rad or m) outside of the planner's limits.
+    pub fn is_within_limits(&self, q: &[f64; JOINTS_MAX], beyond: f64) -> bool {
+        let of_legs = self.legs.iter().flat_map(Leg::joints);
+        let limits = of_legs.map(|joint| (joint.index, joint.lower, joint.upper));
+        let of_others =
+            self.free_joints.iter().map(|joint| (joint.index, joint.lower, joint.upper));
+        limits
+            .chain(of_others)
+            .all(|(index, lower, upper)| (lower - beyond..=upper + beyond).contains(&q[index]))
+    }
+
     /// Reach of the shorter leg, m.
     pub fn shorter_reach(&self) -> f64 {
         self.legs.iter().map(Leg::reach).fold(f64::INFINITY, f64::min)

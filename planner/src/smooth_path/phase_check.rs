@@ -3,13 +3,15 @@
 use crate::collision::model::FootPhase;
 use crate::constraints::mode::Mode;
 use crate::constraints::rejection::Rejection;
+use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::layout::swing_of;
 use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
 use crate::smooth_path::phase_points::PhasePoints;
 use crate::smooth_path::track::Track;
-use crate::smooth_path::tuning::LIFT_OFF_DISTANCE_MAX;
+use crate::smooth_path::tuning::{CURVE_PARTS, LIFT_OFF_DISTANCE_MAX};
+use crate::timing::timed_path::state_at;
 
 /// Checks one phase after the other, one configuration for each unit of work.
 #[derive(Debug)]
@@ -39,7 +41,27 @@ impl PhaseCheck {
         if (BEYOND..=BEYOND + self.points.grid.intervals).contains(&index) {
             self.check(source, track, index)?;
         }
+        // A point is known once two configurations follow it.
+        if index > 2 * BEYOND {
+            self.check_curve(source, index - BEYOND)?;
+        }
         Ok(self.points.is_complete())
+    }
+
+    /// Checks the curve that ends at the point of an index.
+    fn check_curve(&mut self, source: &KeySource<'_>, index: usize) -> Result<(), Rejection> {
+        let Self { points, scratch } = self;
+        let edge = source.plan.edge(source.layout.edges(points.grid.phase).start);
+        let mode = source.plan.roadmap.mode(edge);
+        let seconds = points.grid.seconds();
+        let ends = [points.point(index - 1, 0.0), points.point(index, seconds)];
+        for part in 1..CURVE_PARTS {
+            let on_curve = state_at(&ends, seconds * part as f64 / CURVE_PARTS as f64);
+            let configuration =
+                Configuration { world_from_root: on_curve.world_from_root(), q: on_curve.q };
+            source.constraints.check_on_curve(&mode, &configuration, scratch)?;
+        }
+        Ok(())
     }
 
     /// Checks the configuration of an index, and the motion to it from the one before.

@@ -41,6 +41,8 @@ pub(crate) const INTERVALS_MIN: usize = 12;
 pub(crate) const INTERVALS_MAX: usize = 96;
 /// Largest motion of a joint between two points, rad or m.
 pub(crate) const JOINT_STEP_MAX: f64 = 0.3;
+/// Parts into which the curve between two points is divided to check it.
+pub(crate) const CURVE_PARTS: usize = 4;
 
 // Followed motions.
 

@@ -12,6 +12,8 @@ use crate::timing::tuning::{
 /// Limits of a robot's joints in a timed plan. Unused joints have infinite limits.
 #[derive(Debug, Clone)]
 pub struct TimingLimits {
+    /// Lowest and highest positions, rad or m.
+    pub positions: [[f64; 2]; JOINTS_MAX],
     /// Largest speeds, rad/s or m/s.
     pub speeds: [f64; JOINTS_MAX],
     /// Largest accelerations, rad/s2 or m/s2; infinite where neither the robot file nor the URDF
@@ -29,6 +31,14 @@ pub struct TimingLimits {
 }
 
 impl TimingLimits {
+    /// Whether the positions of all joints are within their limits.
+    pub fn admit(&self, q: &[f64; JOINTS_MAX]) -> bool {
+        let within = |(q, [lower, upper]): (&f64, &[f64; 2])| {
+            (lower - POSITION_ROUNDING..=upper + POSITION_ROUNDING).contains(q)
+        };
+        q.iter().zip(&self.positions).all(within)
+    }
+
     /// The limits of a robot of which `share` (0 to 1) may be used, on a world's friction, and
     /// those of a controller.
     pub fn new(model: &RobotModel, share: f64, friction: f64, checker: &CheckerConfig) -> Self {
@@ -45,7 +55,11 @@ impl TimingLimits {
                 joint.acceleration
             }
         };
+        let mut positions = [[f64::NEG_INFINITY, f64::INFINITY]; JOINTS_MAX];
+        let stated = model.joints.iter().map(|joint| [joint.lower, joint.upper]);
+        positions.iter_mut().zip(stated).for_each(|(slot, limits)| *slot = limits);
         Self {
+            positions,
             speeds: limits(|joint| joint.velocity, share),
             accelerations: limits(acceleration, share),
             efforts: limits(|joint| joint.effort, share),
@@ -55,6 +69,9 @@ impl TimingLimits {
         }
     }
 }
+
+/// Rounding of a position at its limit, rad or m.
+const POSITION_ROUNDING: f64 = 5e-7;
 
 /// How much of the limits of contacts and efforts a point of the path leaves. A configuration that
 /// cannot stand within the first level is timed within the first one in which it can.

@@ -18,8 +18,8 @@ use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::{Support, supported_part};
 use crate::timing::tuning::{
-    COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, TOUCHDOWN_SPEED_MAX,
-    UNSUPPORTED_RATE, WHOLE_SUPPORT,
+    COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX,
+    TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE, WHOLE_SUPPORT,
 };
 use crate::timing::zero_moment::ContactGround;
 
@@ -91,6 +91,8 @@ impl TimedRobot {
                 (&self.limits, level),
                 self.joints_len,
             );
+            let slip = self.stance_slip(span, &dynamics.frames, &first);
+            rates.clip(DVec2::X, (LIMITS_PART / slip.max(SLIP_MIN)).powi(2));
             if touches_down {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
@@ -145,18 +147,42 @@ impl TimedRobot {
     ) {
         for limb in 0..2 {
             if span.contacts.iter().all(|contact| contact.limb as usize != limb) {
-                let (node, node_from_sole) = self.soles[limb];
-                let frame = frames.world_from_node(node);
-                let point = frame.transform_point3(node_from_sole.translation);
-                let normal = frame.matrix3 * (node_from_sole.rotation * DVec3::Z);
+                let (point, normal) = self.sole_at(frames, limb);
                 let speed = normal.dot(frames.point_velocity(&self.chains[limb], point, first));
                 rates.clip(DVec2::X, (TOUCHDOWN_SPEED_MAX / speed.abs().max(1e-6)).powi(2));
             }
         }
     }
 
+    /// The origin of a sole and its normal, in the world.
+    fn sole_at(&self, frames: &LinkFrames, limb: usize) -> (DVec3, DVec3) {
+        let (node, node_from_sole) = self.soles[limb];
+        let frame = frames.world_from_node(node);
+        let normal = frame.matrix3 * (node_from_sole.rotation * DVec3::Z);
+        (frame.transform_point3(node_from_sole.translation), normal)
+    }
+
+    /// The largest ratio of a stance sole's speed to its limit, for velocities of root and joints.
+    fn stance_slip(
+        &self,
+        span: &PathSpan,
+        frames: &LinkFrames,
+        velocity: &[f64; VELOCITY_MAX],
+    ) -> f64 {
+        let [speed_max, turn_max] = STANCE_SPEEDS_MAX;
+        let slip = |contact: &Contact| {
+            let limb = contact.limb as usize;
+            let chain = &self.chains[limb];
+            let (point, _) = self.sole_at(frames, limb);
+            let speed = frames.point_velocity(chain, point, velocity).length();
+            let turn = frames.angular_velocity(chain, velocity).length();
+            (speed / speed_max).max(turn / turn_max)
+        };
+        span.contacts.iter().map(slip).fold(0.0, f64::max)
+    }
+
     /// How far a motion is beyond the limits of a level: the largest ratio of a speed, acceleration
-    /// or torque to its limit, or [`NO_CONTACT_FORCES`]; at most 1 within the limits.
+    /// or torque to its limit, or [`INADMISSIBLE`]; at most 1 within the limits.
     pub(crate) fn load(
         &self,
         contact_rates: &mut ContactRates,
@@ -170,7 +196,9 @@ impl TimedRobot {
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
         let region = contact_ground.region(level, COP_MARGIN_BETWEEN);
         let is_upright = region.holds(&dynamics, || self.at_standstill(waypoint));
-        let mut load = if is_upright { 0.0 } else { NO_CONTACT_FORCES };
+        let is_admitted = is_upright && self.limits.admit(&waypoint.q);
+        let mut load = if is_admitted { 0.0 } else { INADMISSIBLE };
+        load = load.max(self.stance_slip(span, &dynamics.frames, &velocity));
         if level == Level::Unsupported {
             return load;
         }
@@ -183,7 +211,7 @@ impl TimedRobot {
         }
         let problem = self.problem(&dynamics, &support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
-        if is_carried { load } else { load.max(NO_CONTACT_FORCES) }
+        if is_carried { load } else { load.max(INADMISSIBLE) }
     }
 
     /// Whether the zero-moment point of a motion keeps the controller's margin.
@@ -241,8 +269,11 @@ impl TimedRobot {
     }
 }
 
-/// The load of a motion for which there are no contact forces.
-pub(crate) const NO_CONTACT_FORCES: f64 = 1.04;
+/// Smallest ratio of a stance sole's speed to its limit that bounds the rates.
+const SLIP_MIN: f64 = 1e-6;
+
+/// The load of a motion that no contact forces hold, or with a joint beyond its positions.
+pub(crate) const INADMISSIBLE: f64 = 1.04;
 
 /// Whether the path can accelerate from rest in both directions, as a level must allow.
 fn can_start(rates: &RateSet, level: Level) -> bool {

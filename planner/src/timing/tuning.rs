@@ -48,6 +48,9 @@ pub(crate) const DIRECTIONS_MAX: usize = 10;
 pub(crate) const BORDER_TOLERANCE: f64 = 4e-3;
 /// Largest excess of a torque, as a share of its limit, before its row enters the program.
 pub(crate) const TORQUE_TOLERANCE: f64 = 1e-6;
+/// Largest speed (m/s) and angular speed (rad/s) of a stance sole between two points of the path,
+/// where the legs' curves differ a little from the solution: 0.9 of what the controller allows.
+pub(crate) const STANCE_SPEEDS_MAX: [f64; 2] = [0.018, 0.09];
 /// Largest speed of a landing sole along its normal, m/s.
 pub(crate) const TOUCHDOWN_SPEED_MAX: f64 = 0.05;
 /// Time over which speeds are averaged, so that acceleration is continuous, s.

@@ -193,6 +193,7 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
         feet: vec![foot],
         locked_joints: vec![],
         additions: Default::default(),
+        allowed_overlaps: Vec::new(),
         digest: Default::default(),
     }
 }

@@ -272,6 +272,7 @@ mod tests {
             feet: vec![],
             locked_joints: vec![],
             additions: Default::default(),
+            allowed_overlaps: Vec::new(),
             digest: Default::default(),
         };
         let source = Some(MeshSource { path: "trough.obj".into(), scale: DVec3::ONE });

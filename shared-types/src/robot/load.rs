@@ -20,7 +20,7 @@ use crate::robot::joints::{JointRole, check_names, joint_role, no_such_joint};
 use crate::robot::links::{ShapeChoice, build_link, check_moving_masses};
 use crate::robot::merge::merge_fixed_links;
 use crate::robot::mesh_size::check_mesh_sizes;
-use crate::robot::model::{Attachment, Joint, Link, LockedJoint, RobotModel};
+use crate::robot::model::{AllowedOverlap, Attachment, Joint, Link, LockedJoint, RobotModel};
 use crate::robot::robot_file::{read_robot_file, spec_from_block, spec_from_text};
 use crate::robot::spec::RobotSpec;
 use crate::robot::tree::{TreeLink, sort_links};
@@ -147,6 +147,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
         feet,
         locked_joints: joints.locked,
         additions: spec.additions.clone(),
+        allowed_overlaps: allowed_overlaps(spec, &urdf, &mut complaints),
         digest: Digest::default(),
     };
     InputError::all(complaints)?;
@@ -206,6 +207,22 @@ fn check_link_names(
             complaints.push(location.error(list, no_such_link(urdf, name)));
         }
     }
+}
+
+/// The links that may overlap; refuses names that are not links of the URDF.
+fn allowed_overlaps(
+    spec: &RobotSpec,
+    urdf: &Urdf,
+    complaints: &mut Vec<InputError>,
+) -> Vec<AllowedOverlap> {
+    let known = |name: &String| urdf.links.iter().any(|link| link.name == *name);
+    for (allowed, location) in &spec.allowed_overlaps {
+        let unknown = allowed.links.iter().filter(|name| !known(name));
+        complaints.extend(
+            unknown.map(|name| location.error("allowed_overlaps", no_such_link(urdf, name))),
+        );
+    }
+    spec.allowed_overlaps.iter().map(|(allowed, _)| allowed.clone()).collect()
 }
 
 /// Refuses additions to links and joints that the URDF does not have.

@@ -39,8 +39,19 @@ pub struct RobotModel {
     pub locked_joints: Vec<LockedJoint>,
     /// What the robot file states that the URDF lacks.
     pub additions: UrdfAdditions,
+    /// The links that may overlap deeper than they do in walks.
+    pub allowed_overlaps: Vec<AllowedOverlap>,
     /// Digest of the URDF, the robot file and all meshes.
     pub digest: Digest,
+}
+
+/// Two links of which the covers may overlap as the joints between them bend.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AllowedOverlap {
+    /// The names of the links.
+    pub links: [String; 2],
+    /// How deep they may overlap, m.
+    pub depth: f64,
 }
 
 /// A rigid body of the robot.
@@ -148,6 +159,14 @@ impl RobotModel {
     /// Total mass, kg.
     pub fn mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).sum()
+    }
+
+    /// How deep the robot file allows two links, by name, to overlap (m).
+    pub fn allowed_overlap(&self, links: [&str; 2]) -> Option<f64> {
+        let is_meant = |allowed: &&AllowedOverlap| {
+            links.iter().all(|name| allowed.links.iter().any(|link| link == name))
+        };
+        self.allowed_overlaps.iter().find(is_meant).map(|allowed| allowed.depth)
     }
 
     /// The same robot with its locked joints as moving joints, after the others.

@@ -17,6 +17,7 @@ use crate::base::text_file::{
 use crate::plan_format::blocks::{RobotBlock, UrdfAdditions};
 use crate::world::shape_block::{pose_from_arrays, pose_from_block};
 
+use crate::robot::model::AllowedOverlap;
 use crate::robot::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
 
 #[derive(Deserialize)]
@@ -43,6 +44,15 @@ struct RawRobot {
     velocity_limits: BTreeMap<String, f64>,
     #[serde(default)]
     inertias: BTreeMap<String, [f64; 3]>,
+    #[serde(default)]
+    allowed_overlaps: Vec<Spanned<RawOverlap>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawOverlap {
+    links: [String; 2],
+    depth: f64,
 }
 
 #[derive(Deserialize)]
@@ -89,6 +99,11 @@ pub(crate) fn spec_from_text(source: TextFile) -> Result<RobotSpec, InputError> 
             inertias: raw.inertias,
         },
         additions_location: location,
+        allowed_overlaps: raw
+            .allowed_overlaps
+            .into_iter()
+            .map(|overlap| allowed_overlap(overlap, &source))
+            .collect::<Result<_, _>>()?,
         effort_scale: 1.0,
         bytes: source.text.into_bytes(),
     })
@@ -138,6 +153,8 @@ pub(crate) fn spec_from_block(
         accelerations: block_values("acceleration_limits", &block.acceleration_limits, &location)?,
         additions: block.urdf_additions.clone(),
         additions_location: location,
+        // A plan may not loosen the checks of its robot.
+        allowed_overlaps: Vec::new(),
         effort_scale: effort_scale.min(1.0),
         bytes,
     })
@@ -149,6 +166,17 @@ fn foot_from_file(foot: Spanned<RawFoot>, source: &TextFile) -> Result<FootSpec,
     let link_from_sole = sole_pose(sole_xyz, sole_rpy)
         .map_err(|message| location.error(format!("foot '{name}'"), message))?;
     FootSpec::new(name, link, link_from_sole, &polygon, location)
+}
+
+fn allowed_overlap(
+    overlap: Spanned<RawOverlap>,
+    source: &TextFile,
+) -> Result<(AllowedOverlap, FileLocation), InputError> {
+    let location = source.location(overlap.span().start);
+    let RawOverlap { links, depth } = overlap.into_inner();
+    check_positive("depth", &[depth])
+        .map_err(|message| location.error("allowed_overlaps", message))?;
+    Ok((AllowedOverlap { links, depth }, location))
 }
 
 fn root_turn(rpy: &Spanned<[f64; 3]>, source: &TextFile) -> Result<DQuat, InputError> {

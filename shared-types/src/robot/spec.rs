@@ -11,6 +11,7 @@ use crate::base::spatial::Pose;
 use crate::base::text_file::{FileLocation, check_numbers};
 use crate::geometry::convex_hull::{convex_polygon, polygon_area};
 use crate::plan_format::blocks::UrdfAdditions;
+use crate::robot::model::AllowedOverlap;
 
 /// The smallest area of a sole, m2.
 const SOLE_AREA_MIN: f64 = 1e-6;
@@ -41,6 +42,8 @@ pub(crate) struct RobotSpec {
     /// What the URDF lacks, and where the file states it.
     pub(crate) additions: UrdfAdditions,
     pub(crate) additions_location: FileLocation,
+    /// Links that may overlap, and where the file states it.
+    pub(crate) allowed_overlaps: Vec<(AllowedOverlap, FileLocation)>,
     /// A factor on all effort limits, at most 1.
     pub(crate) effort_scale: f64,
     /// What counts for the digest.

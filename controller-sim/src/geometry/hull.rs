@@ -1,0 +1,156 @@
+//! Convex hulls: their furthest point in a direction, and the depth of a point inside.
+
+use glam::DVec3;
+use parry3d_f64::transformation::try_convex_hull;
+
+use crate::base::comparison::is_below;
+use crate::geometry::bounds::Bounds;
+
+/// Points in a leaf of the tree.
+const LEAF_POINTS: usize = 4;
+
+/// The convex hull of some points.
+#[derive(Debug, Clone)]
+pub struct Hull {
+    /// Its vertices, m, sorted so that each box of the tree holds successive ones.
+    points: Vec<DVec3>,
+    triangles: Vec<[DVec3; 3]>,
+    /// The outward unit normal of each face and its distance from the origin, m.
+    planes: Vec<(DVec3, f64)>,
+    tree: Vec<Node>,
+}
+
+/// A box around successive vertices.
+#[derive(Debug, Clone)]
+struct Node {
+    bounds: Bounds,
+    first: usize,
+    end: usize,
+    /// Its two parts, as indices of nodes; none in a leaf.
+    parts: Option<[usize; 2]>,
+}
+
+impl Hull {
+    /// The hull of points (m).
+    ///
+    /// # Errors
+    /// The points span no volume.
+    pub fn new(points: &[DVec3]) -> Result<Self, String> {
+        let (mut points, triangles) =
+            try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
+        let corners = |triangle: &[u32; 3]| triangle.map(|index| points[index as usize]);
+        let triangles: Vec<[DVec3; 3]> = triangles.iter().map(corners).collect();
+        let planes = triangles.iter().filter_map(plane).collect();
+        let mut tree = Vec::new();
+        let end = points.len();
+        split(&mut points, (0, end), &mut tree);
+        Ok(Self { points, triangles, planes, tree })
+    }
+
+    /// Its vertices, m.
+    pub fn points(&self) -> &[DVec3] {
+        &self.points
+    }
+
+    /// The triangles of its surface, m.
+    pub fn triangles(&self) -> &[[DVec3; 3]] {
+        &self.triangles
+    }
+
+    /// The vertex furthest along a direction.
+    pub fn support(&self, direction: DVec3) -> DVec3 {
+        let mut best = (f64::NEG_INFINITY, DVec3::ZERO);
+        if !self.tree.is_empty() {
+            self.improve(0, direction, &mut best);
+        }
+        best.1
+    }
+
+    /// The distance of a point inside to the surface, m; negative outside.
+    pub fn depth(&self, point: DVec3) -> f64 {
+        let depths = self.planes.iter().map(|(normal, distance)| distance - normal.dot(point));
+        depths.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Replaces `best` by the furthest vertex of a node, if that is further.
+    fn improve(&self, node: usize, direction: DVec3, best: &mut (f64, DVec3)) {
+        let node = &self.tree[node];
+        let Some(parts) = node.parts else {
+            for point in &self.points[node.first..node.end] {
+                let reach = point.dot(direction);
+                if reach > best.0 {
+                    *best = (reach, *point);
+                }
+            }
+            return;
+        };
+        let reaches = parts.map(|part| self.tree[part].bounds.reach(direction));
+        let order = if is_below(reaches[0], reaches[1]) { [1, 0] } else { [0, 1] };
+        for side in order {
+            if reaches[side] > best.0 {
+                self.improve(parts[side], direction, best);
+            }
+        }
+    }
+}
+
+fn plane(&[a, b, c]: &[DVec3; 3]) -> Option<(DVec3, f64)> {
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    Some((normal, normal.dot(a).max(normal.dot(b)).max(normal.dot(c))))
+}
+
+/// Sorts a range of points into boxes and returns the index of the box around them.
+fn split(points: &mut [DVec3], (first, end): (usize, usize), tree: &mut Vec<Node>) -> usize {
+    let bounds = Bounds::of_points(points[first..end].iter().copied());
+    let index = tree.len();
+    tree.push(Node { bounds, first, end, parts: None });
+    if end - first > LEAF_POINTS {
+        let extent = bounds.high - bounds.low;
+        let axis =
+            (0..3).fold(0, |best, axis| if extent[axis] > extent[best] { axis } else { best });
+        points[first..end].sort_by(|a, b| a[axis].total_cmp(&b[axis]));
+        let middle = usize::midpoint(first, end);
+        let low = split(points, (first, middle), tree);
+        let high = split(points, (middle, end), tree);
+        tree[index].parts = Some([low, high]);
+    }
+    index
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points on a sphere of radius 1, by Fibonacci's spiral.
+    fn ball(count: usize) -> Vec<DVec3> {
+        let point = |index: usize| {
+            let z = 1.0 - 2.0 * (index as f64 + 0.5) / count as f64;
+            let (sin, cos) = libm::sincos(2.399_963 * index as f64);
+            DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + z * DVec3::Z
+        };
+        (0..count).map(point).collect()
+    }
+
+    #[test]
+    fn the_support_is_the_furthest_of_all_points() {
+        for count in [4, 5, 17, 300] {
+            let points = ball(count);
+            let hull = Hull::new(&points).unwrap();
+            for direction in ball(200) {
+                let reach = |point: DVec3| point.dot(direction);
+                let furthest = points.iter().copied().map(reach).fold(f64::NEG_INFINITY, f64::max);
+                assert_eq!(reach(hull.support(direction)), furthest);
+            }
+        }
+    }
+
+    #[test]
+    fn the_depth_is_the_distance_to_the_nearest_face() {
+        let corner =
+            |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        let cube = Hull::new(&(0..8).map(corner).collect::<Vec<_>>()).unwrap();
+        for (at, depth) in [([0.5; 3], 0.5), ([0.5, 0.1, 0.5], 0.1), ([0.5, 0.5, 1.2], -0.2)] {
+            assert!((cube.depth(at.into()) - depth).abs() < 1e-12);
+        }
+    }
+}
