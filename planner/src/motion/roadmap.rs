@@ -301,8 +301,8 @@ impl Roadmap {
         self.boundaries.len() - 1
     }
 
-    /// Replaces the state at the goal, unless a motion leads to it. What is known of motions to it
-    /// is forgotten. Returns whether it is replaced.
+    /// Replaces the state at the goal, unless a motion leads to it. The records of failed motions
+    /// to it are forgotten. Returns whether it is replaced.
     ///
     /// # Errors
     /// An arena is full.

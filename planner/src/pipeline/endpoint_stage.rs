@@ -110,7 +110,7 @@ impl EndpointStage {
         search.roadmap.set_start_balance(StartBalance { com, margin_min: self.com_margin });
         let pairs = endpoints.map(|endpoint| endpoint.pair(robot));
         search.route.set_end_pairs(pairs);
-        search.live.searches_mut().for_each(|route| route.set_end_pairs(pairs));
+        search.guide.live.searches_mut().for_each(|route| route.set_end_pairs(pairs));
         Ok(if self.is_other_method { Event::OtherMethod } else { Event::Done })
     }
 

@@ -3,7 +3,7 @@
 use crate::base::capacity::ArenaFull;
 use crate::constraints::mode_state::ModeState;
 use crate::motion::ids::{GOAL, boundary_node};
-use crate::pipeline::recovery_stage::ALTERNATIVE_FAILURES;
+use crate::pipeline::recovery_policy::ALTERNATIVE_FAILURES;
 use crate::pipeline::search::Search;
 use crate::preparation::planning_context::PlanningContext;
 use crate::primitives::transition_configuration::TransitionPair;

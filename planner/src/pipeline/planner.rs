@@ -172,7 +172,7 @@ impl Planner {
 
     /// Advances by at most `work` units; with a category, only as long as the work counts for it.
     fn advance(&mut self, work: u64, only: Option<WorkCategory>) -> Status {
-        let until = self.search.stats.work.saturating_add(work).min(self.search.work_max);
+        let until = self.search.stats.work.saturating_add(work).min(self.search.limits.work_max);
         while self.search.stats.work < until
             && (only.is_none() || only == self.stage.category())
             && self.stage != Stage::Over
@@ -182,7 +182,7 @@ impl Planner {
                 self.step_stage(0);
             }
         }
-        if self.stage != Stage::Over && self.search.stats.work >= self.search.work_max {
+        if self.stage != Stage::Over && self.search.stats.work >= self.search.limits.work_max {
             self.end(Outcome::BudgetExhausted(Bound::Work));
         }
         self.search.outcome.map_or(Status::Working, Status::Done)
@@ -196,9 +196,9 @@ impl Planner {
         if let Some(category) = stage.category() {
             search.stats.work_by_category[category as usize] += search.stats.work - before;
         }
-        if search.margins == Margins::Due {
+        if search.limits.margins == Margins::Due {
             context.relax_margins();
-            search.margins = Margins::Least;
+            search.limits.margins = Margins::Least;
         }
         match event {
             Ok(event) => *stage = stage_table::next(*stage, event),
@@ -213,7 +213,7 @@ impl Planner {
 
     /// Lowers the limit of the search's work to `work_max` units.
     pub fn limit_work(&mut self, work_max: u64) {
-        self.search.work_max = work_max.min(self.search.work_max);
+        self.search.limits.work_max = work_max.min(self.search.limits.work_max);
     }
 
     fn has_found(&self) -> bool {
@@ -245,10 +245,10 @@ impl Planner {
     /// Searches without one of the last resorts: for measurements of what it finds. To be called
     /// before the first step.
     pub fn leave_out(&mut self, resort: Resort) {
-        self.search.resorts.leave_out(resort);
+        self.search.limits.resorts.leave_out(resort);
         if resort == Resort::NecessaryCondition {
             self.search.route.leave_out_necessary();
-            self.search.live.searches_mut().for_each(RouteSearch::leave_out_necessary);
+            self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_necessary);
         }
     }
 
@@ -328,8 +328,8 @@ impl Planner {
             + search.direct.bytes()
             + nearest_vertices;
         let possibility = search.route.bytes()
-            + search.live.bytes()
-            + search.crouch.bytes()
+            + search.guide.live.bytes()
+            + search.guide.crouch.bytes()
             + stages.relaxation.bytes();
         [
             ("possibility", possibility),

@@ -37,7 +37,9 @@ use crate::pipeline::relaxation_stage::RelaxationStage;
 use crate::pipeline::resorts::Resorts;
 use crate::pipeline::retrace::{Retrace, executed_before, lift_off_before};
 use crate::pipeline::route_stage::RouteStage;
-use crate::pipeline::search::{Connections, FootholdSampling, Margins, Search, SearchStats};
+use crate::pipeline::search::{
+    Connections, FootholdSampling, GuideState, Margins, Search, SearchLimits, SearchStats,
+};
 use crate::pipeline::segment_searches::SegmentSearches;
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::segmentation_stage::SegmentationStage;
@@ -257,8 +259,10 @@ impl<'a> PlannerBuilder<'a> {
         Search {
             roadmap: Roadmap::new(config, context.preparation.step_limits().reach()),
             route: route(),
-            live: LiveRoutes::new((1..config.live_routes).map(|_| route())),
-            crouch: CrouchProfile::new(vertices_max),
+            guide: GuideState {
+                crouch: CrouchProfile::new(vertices_max),
+                live: LiveRoutes::new((1..config.live_routes).map(|_| route())),
+            },
             footholds: FootholdSampling {
                 order: FootholdOrder::Sweep { next: 0 },
                 selection: VertexSelection::new(2 * vertices_max),
@@ -279,10 +283,12 @@ impl<'a> PlannerBuilder<'a> {
             segmentation: Segmentation::new(transitions_max),
             segments: SegmentSearches::new(config),
             batch: SearchBatch::default(),
-            resorts: Resorts::default(),
-            margins: Margins::Configured,
+            limits: SearchLimits {
+                work_max: config.work_max,
+                resorts: Resorts::default(),
+                margins: Margins::Configured,
+            },
             stats: SearchStats::default(),
-            work_max: config.work_max,
             outcome: None,
         }
     }
@@ -354,7 +360,7 @@ impl<'a> PlannerBuilder<'a> {
 fn start_in(planner: &mut Planner, rest_state: RestState) {
     if let Some(start) = planner.stages.endpoints.start_in(rest_state) {
         planner.search.route.set_start(&start);
-        planner.search.live.searches_mut().for_each(|route| route.set_start(&start));
+        planner.search.guide.live.searches_mut().for_each(|route| route.set_start(&start));
         planner.stages.route.set_stance_width(start.stance_width);
     }
 }

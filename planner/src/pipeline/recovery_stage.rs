@@ -12,7 +12,9 @@ use crate::pipeline::bottlenecks::{Bottleneck, Bottlenecks, mid_feet_pose};
 use crate::pipeline::direct_stage::reject_steps;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::goal_postures::GoalPostures;
-use crate::pipeline::recovery_policy::{RecoveryAction, RecoveryPolicy, detour_about};
+use crate::pipeline::recovery_policy::{
+    ALTERNATIVE_FAILURES, RecoveryAction, RecoveryPolicy, detour_about,
+};
 use crate::pipeline::resorts::Resort;
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};
@@ -37,8 +39,6 @@ const PERTURBED_AT: Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
 
 /// The round of uniform footholds from which on the margins are the least ones.
 const LEAST_MARGINS_FROM_ROUND: u64 = 2;
-/// Failed searches for a motion between two configurations after which others are sampled.
-pub(crate) const ALTERNATIVE_FAILURES: u32 = 3;
 
 /// Chooses what follows a failed segment, without any work: the next sequence, more footholds, a
 /// detour, another route, or longer steps. `recovery_policy.rs` says when.
@@ -95,10 +95,10 @@ impl RecoveryStage {
         let action = current.recovery.count_failure(cost_max);
         let worst = worst_failure(search);
         let place = place_of(search, worst);
-        if action.is_some() && search.resorts.has(Resort::Alternatives) {
+        if action.is_some() && search.limits.resorts.has(Resort::Alternatives) {
             add_alternatives(&mut search.roadmap, &search.segmentation, search.segments.current())?;
         }
-        if search.resorts.has(Resort::GoalPostures) {
+        if search.limits.resorts.has(Resort::GoalPostures) {
             self.goal_postures.replace(context, search)?;
         }
         self.bottlenecks.count_failure(place);
@@ -162,19 +162,19 @@ impl RecoveryStage {
 /// Lets another route grow that avoids a place where the current one failed.
 fn grow_beside(search: &mut Search, place: MidFeetPose) {
     if search.route.ends().iter().all(|end| end.distance(&place) > ENDPOINT_RADIUS) {
-        search.live.begin_growth(&search.route, (place, BLOCKED_RADIUS));
+        search.guide.live.begin_growth(&search.route, (place, BLOCKED_RADIUS));
     }
 }
 
 /// An action is due on the current route: turns to another live one in its place. The action then
-/// follows in the next turn. A route of several segments keeps its turn, because what is complete
-/// of it would be lost.
+/// follows in the next turn. A route of several segments keeps its turn, because its complete
+/// segments would be lost.
 fn take_turn(search: &mut Search, before: RecoveryPolicy) -> bool {
     let may_turn = search.segmentation.len() == 1;
-    if may_turn && search.live.take_turn(&mut search.route, before) {
+    if may_turn && search.guide.live.take_turn(&mut search.route, before) {
         return true;
     }
-    search.live.count_action();
+    search.guide.live.count_action();
     false
 }
 
@@ -304,7 +304,7 @@ fn begin_detour(search: &mut Search, vertex: usize, place: MidFeetPose) -> Event
 fn leave_route(search: &mut Search, place: MidFeetPose) -> Event {
     let radius = new_route_radius(search);
     block(&mut search.route, place, radius);
-    search.live.end_route();
+    search.guide.live.end_route();
     search.segments.current_mut().state = SegmentState::Leave;
     Event::Done
 }

@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_is_left_out_is_missing() {
+    fn only_one_that_is_left_out_is_missing() {
         for left_out in Resort::ALL {
             let mut resorts = Resorts::default();
             resorts.leave_out(left_out);

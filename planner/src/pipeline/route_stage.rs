@@ -69,7 +69,7 @@ impl RouteStage {
         if self.is_crouching {
             return Ok(self.choose_crouch(context, search, budget));
         }
-        if let Some(turn) = search.live.turn.take() {
+        if let Some(turn) = search.guide.live.turn.take() {
             return Ok(self.begin_turn(search, turn));
         }
         if self.begin_direct_steps(context, search) {
@@ -126,11 +126,11 @@ impl RouteStage {
         search: &mut Search,
         budget: u64,
     ) -> Event {
-        let budget = search.live.owed().min(budget);
+        let budget = search.guide.live.owed().min(budget);
         let stage_context = self.context(context);
         let advance = |route: &mut RouteSearch| route.advance(&stage_context, budget);
-        search.stats.work += search.live.grow(advance);
-        if search.live.owed() > 0 { Event::Continue } else { Event::Done }
+        search.stats.work += search.guide.live.grow(advance);
+        if search.guide.live.owed() > 0 { Event::Continue } else { Event::Done }
     }
 
     /// Makes the interpolation between start and goal the route, if the goal is near, the robot
@@ -190,7 +190,7 @@ impl RouteStage {
             threads: &context.threads,
         };
         let (spent, has_chosen) =
-            search.crouch.advance(&crouch_context, search.route.route(), budget);
+            search.guide.crouch.advance(&crouch_context, search.route.route(), budget);
         search.stats.work += spent;
         self.is_crouching = !has_chosen;
         if has_chosen { end(search) } else { Event::Continue }
@@ -209,7 +209,7 @@ fn begin_route(search: &mut Search) {
     stats.routes_under_c_n += u64::from(route.condition() == RouteCondition::Necessary);
     stats.route_edges = route.route().labelled();
     search.connections.begin_route();
-    search.crouch.begin();
+    search.guide.crouch.begin();
 }
 
 /// The route is complete: after a detour the boundaries of the segments move with it.

@@ -25,10 +25,8 @@ pub(crate) struct Search {
     pub roadmap: Roadmap,
     /// Gamma_P, with the guide route found last.
     pub route: RouteSearch,
-    /// The routes beside it.
-    pub live: LiveRoutes,
-    /// How the robot crouches along the route.
-    pub crouch: CrouchProfile,
+    /// What belongs to the guide route.
+    pub guide: GuideState,
     /// Orders and memory for foothold sampling.
     pub footholds: FootholdSampling,
     /// State of the transitions between footholds.
@@ -41,16 +39,32 @@ pub(crate) struct Search {
     pub segments: SegmentSearches,
     /// Searches for configurations and motions that run in parallel.
     pub batch: SearchBatch,
+    /// What the search may do.
+    pub limits: SearchLimits,
+    /// Statistics.
+    pub stats: SearchStats,
+    /// The result, once the search has ended.
+    pub outcome: Option<Outcome>,
+}
+
+/// What belongs to the guide route of stage P.
+#[derive(Debug)]
+pub(crate) struct GuideState {
+    /// How the robot crouches along the route.
+    pub crouch: CrouchProfile,
+    /// The routes beside it.
+    pub live: LiveRoutes,
+}
+
+/// What the search may do.
+#[derive(Debug)]
+pub(crate) struct SearchLimits {
+    /// Limit of the work, in units.
+    pub work_max: u64,
     /// The last resorts that may be used.
     pub resorts: Resorts,
     /// The margins that configurations and footholds keep.
     pub margins: Margins,
-    /// Statistics.
-    pub stats: SearchStats,
-    /// Limit of the work, in units.
-    pub work_max: u64,
-    /// The result, once the search has ended.
-    pub outcome: Option<Outcome>,
 }
 
 /// The margins of a search.
@@ -120,7 +134,7 @@ impl Search {
     ) -> Result<Option<BatchStats>, ArenaFull> {
         let spent = self.batch.advance(context, &self.roadmap, budget);
         self.stats.work += spent;
-        self.live.count_work(spent);
+        self.guide.live.count_work(spent);
         if spent == budget {
             return Ok(None);
         }
@@ -149,9 +163,10 @@ impl Search {
 
     /// Relaxes the margins after this step, once. Returns whether it does.
     pub fn relax_margins(&mut self) -> bool {
-        let is_due = self.margins == Margins::Configured && self.resorts.has(Resort::LeastMargins);
+        let is_due = self.limits.margins == Margins::Configured
+            && self.limits.resorts.has(Resort::LeastMargins);
         if is_due {
-            self.margins = Margins::Due;
+            self.limits.margins = Margins::Due;
             self.stats.has_least_margins = true;
         }
         is_due
@@ -159,7 +174,7 @@ impl Search {
 
     /// Whether a round of uniform footholds begins in place of leaving the route.
     pub fn is_uniform_due(&mut self) -> bool {
-        self.resorts.has(Resort::UniformRounds) && self.footholds.uniform.is_due()
+        self.limits.resorts.has(Resort::UniformRounds) && self.footholds.uniform.is_due()
     }
 
     /// Whether a transition on partial support keeps its prior cost: only once better footholds

@@ -23,7 +23,7 @@ impl SegmentStage {
         search: &mut Search,
         _budget: u64,
     ) -> Result<Event, ArenaFull> {
-        if search.live.owed() > 0 {
+        if search.guide.live.owed() > 0 {
             return Ok(Event::GrowRoutes);
         }
         let event = search.segments.next();

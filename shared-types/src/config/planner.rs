@@ -53,14 +53,7 @@ pub struct PlannerConfig {
     pub route_vertex_spacing: f64,
     /// Guide routes that are alive at once: stage M works on them in turn, while stage P grows
     /// further ones. With 1 stage P waits for stage M. Memory is reserved for each.
-    #[serde(skip_serializing_if = "is_one")]
     pub live_routes: u32,
-}
-
-/// Whether a number is 1: a scenario with the default has the digest of one that does not know the
-/// parameter.
-fn is_one(count: &u32) -> bool {
-    *count == 1
 }
 
 impl Default for PlannerConfig {
