@@ -11,10 +11,19 @@ random.Random(SEED), whose sequence Python guarantees. Standard library only.
 import sys
 from pathlib import Path
 
-from worlds import beyond, courses, gym, harder, heap, rough, samples
+from worlds import beyond, courses, gym, harder, heap, holes, rough, samples
 
 WORLDS = Path(__file__).resolve().parent.parent / "configs" / "worlds"
-WRITERS = beyond.WRITERS | courses.WRITERS | gym.WRITERS | harder.WRITERS | heap.WRITERS | rough.WRITERS | samples.WRITERS
+WRITERS = (
+    beyond.WRITERS
+    | courses.WRITERS
+    | gym.WRITERS
+    | harder.WRITERS
+    | heap.WRITERS
+    | holes.WRITERS
+    | rough.WRITERS
+    | samples.WRITERS
+)
 
 
 def main(arguments):

@@ -5,7 +5,8 @@
 mod common;
 
 use common::Case;
-use glam::{DQuat, DVec2};
+use glam::{DQuat, DVec2, DVec3};
+use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::CollisionModel;
 use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
@@ -18,6 +19,7 @@ use surefoot_planner::primitives::transition_configuration::{
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::model::RobotModel;
 
 /// Seeds of each test.
 const SEEDS: u64 = 20;
@@ -91,5 +93,78 @@ fn a_motion_outside_the_first_box_is_found_after_failures() {
         };
         assert!(!(0..=4).any(&mut finds), "seed {seed}: within the first box");
         assert!((5..25).any(&mut finds), "seed {seed}");
+    }
+}
+
+/// Between a ceiling and a box ahead of the shins, both feet side by side.
+fn constraints_before_a_box(model: &RobotModel) -> Constraints {
+    let case = Case { model: model.clone(), ..Case::shipped("flat_walk") }
+        .with_box([5.0, 0.0, 1.55], [2.0, 1.0, 0.25])
+        .with_box([5.7, 0.0, 0.675], [0.5, 1.0, 0.575]);
+    let config = case.scenario.planner.clone();
+    let robot = Mechanism::new(&case.model, &config).unwrap();
+    let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+    Constraints::new(robot, collision, config)
+}
+
+#[test]
+fn samples_reach_the_other_branch_of_a_knee_that_bends_both_ways() {
+    let mut model = common::hubo();
+    for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("_knee")) {
+        joint.lower = -joint.upper;
+    }
+    let constraints = constraints_before_a_box(&model);
+    let knees: Vec<usize> = (0..model.joints.len())
+        .filter(|&index| model.joints[index].name.ends_with("_knee"))
+        .collect();
+    let [stance, other] =
+        [(0, 0.12), (1, -0.12)].map(|(limb, y)| foothold(&constraints, limb, DVec2::new(5.0, y)));
+    let (mode, pair) = (single_mode(&stance), TransitionPair { stance: &stance, other: &other });
+    for seed in 1..=SEEDS {
+        let bends_back = |attempt: u64| {
+            sample(&constraints, &mode, pair, (seed, 0), attempt)
+                .is_ok_and(|found| knees.iter().all(|&knee| found.q[knee] < -0.2))
+        };
+        assert!((0..80_000).step_by(4).any(bends_back), "seed {seed}");
+        let mut from_standing = (0..8_000).filter(|attempt| attempt % 4 != 0);
+        assert!(!from_standing.any(bends_back), "seed {seed}");
+    }
+}
+
+/// Pairs of soles, level or one above the other, that some of `attempts` samples stand on, of
+/// `pairs` with a distance within these bounds (m).
+fn pairs_with_a_posture(constraints: &Constraints, distances: [f64; 2], pairs: u64) -> usize {
+    let stands = |pair: &u64| {
+        let mut random = Random::new(*pair, Stream::Preparation, 0, 2);
+        let distance = random.uniform(distances[0], distances[1]);
+        let rise = random.uniform(-0.5, 0.5);
+        let along = (distance * distance - rise * rise).sqrt();
+        let bearing = random.uniform(-std::f64::consts::PI, std::f64::consts::PI);
+        let turn = random.uniform(-0.8, 0.8);
+        let at = DVec3::new(along * libm::cos(bearing), along * libm::sin(bearing), rise);
+        let pose = Pose::from_parts(at, DQuat::from_rotation_z(turn));
+        let stance = foothold(constraints, 0, DVec2::ZERO);
+        let other = Foothold::whole(&constraints.robot, 1, pose);
+        let (mode, pair) =
+            (single_mode(&stance), TransitionPair { stance: &stance, other: &other });
+        (0..1_500).any(|attempt| sample(constraints, &mode, pair, (1, 0), attempt).is_ok())
+    };
+    (0..pairs).filter(stands).count()
+}
+
+#[test]
+fn no_posture_is_sampled_on_soles_farther_apart_than_the_longest_step() {
+    let mut case = Case::shipped("flat_walk");
+    case.world.shapes.retain(|shape| shape.name != "floor");
+    let case = case.with_box([0.0, 0.0, -9.0], [1.0, 1.0, 0.25]).configured(|planner| {
+        (planner.com_margin, planner.effort_share) = (0.0091, 0.93);
+    });
+    let config = case.scenario.planner.clone();
+    let robot = Mechanism::new(&case.model, &config).unwrap();
+    let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+    let constraints = Constraints::new(robot, collision, config);
+    let bands = [0.5, 0.6, 0.7, 0.75, 0.8, 0.837, 0.9, 1.0];
+    for band in bands.windows(2) {
+        println!("{band:?}: {}", pairs_with_a_posture(&constraints, [band[0], band[1]], 200));
     }
 }

@@ -35,5 +35,7 @@ fn walls_of_any_length_are_walked_around() {
 fn a_wall_across_the_whole_floor_ends_without_a_route() {
     let mut planner = wall(4.0, 4.0, 1).planner(2);
     assert_ne!(run(&mut planner, u64::MAX), Outcome::Found);
-    assert!(planner.stats().used_straight_line, "stage P has searched the whole floor");
+    let stats = planner.stats();
+    assert!(stats.has_least_margins, "stage P has searched the whole floor: {stats:?}");
+    assert!(stats.used_straight_line || stats.routes_under_c_n > 0, "{stats:?}");
 }

@@ -43,6 +43,8 @@ pub enum BenchCommand {
     Footholds(FootholdsArguments),
     /// Random goals near the start on a bare floor: success, steps, work and time
     Goals(GoalsArguments),
+    /// Small worlds that need a last resort of the search, with it and without it
+    Holes(HolesArguments),
     /// Random worlds: is each that is called impossible one in which no method finds a plan?
     Impossible(ImpossibleArguments),
     /// Smooth walks whose chunks come late at random: each brakes, stands and goes on
@@ -460,6 +462,31 @@ pub struct GoalsArguments {
     /// Write goals.csv into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench holes`.
+#[derive(Debug, Args)]
+pub struct HolesArguments {
+    /// The folder with scenarios, robots and worlds
+    #[arg(long, value_name = "DIR", default_value = "configs")]
+    pub folder: PathBuf,
+    /// Number of seeds of each world
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 20,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    /// Work units of each search at most
+    #[arg(long, value_name = "N", default_value_t = 400_000)]
+    pub work: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub threads: ThreadArguments,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

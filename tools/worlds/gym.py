@@ -1,6 +1,7 @@
 """The jungle gym: four platforms, and four ways between neighbours of them. x points east, y north."""
 
 import math
+import random
 
 from worlds.courses import BAR_RADIUS, BAR_SPACING, BARS, SLAB_HALF, SLABS, SPIRAL_ANGLE, SPIRAL_RADIUS, SPIRAL_TOP
 from worlds.writing import bar, block, box, world
@@ -25,19 +26,19 @@ SLAB_ZERO_EDGE = 0.12
 SPIRAL_AXIS = FAR_WEST - SLAB_ZERO_EDGE
 
 
-def platforms():
-    """Solid from the ground to their tops."""
+def platforms(tops=(TOP, TOP)):
+    """Solid from the ground to their tops; those of north-east and north-west are given."""
     yield block("ground", (-3.8, -2.3, GROUND - 0.5), (2.8, 2.3, GROUND))
-    for side, west in (("east", EAST), ("west", FAR_WEST)):
+    for side, west, top in (("east", EAST, tops[0]), ("west", FAR_WEST, tops[1])):
         yield block(f"platform_south_{side}", (west, SOUTH - PLATFORM, GROUND), (west + PLATFORM, SOUTH, 0.0))
-        yield block(f"platform_north_{side}", (west, NORTH, GROUND), (west + PLATFORM, NORTH + PLATFORM, TOP))
+        yield block(f"platform_north_{side}", (west, NORTH, GROUND), (west + PLATFORM, NORTH + PLATFORM, top))
 
 
-def flight():
+def flight(rise=RISE):
     """Solid steps from south-east to north-east."""
     for i in range(5):
         west, south = MIDDLE_EAST - FLIGHT_WIDTH / 2, SOUTH + TREAD * i
-        yield block(f"step_{i + 1}", (west, south, GROUND), (west + FLIGHT_WIDTH, south + TREAD, RISE * (i + 1)))
+        yield block(f"step_{i + 1}", (west, south, GROUND), (west + FLIGHT_WIDTH, south + TREAD, rise * (i + 1)))
 
 
 def monkey_bars():
@@ -49,18 +50,31 @@ def monkey_bars():
         yield bar(f"bar_{i + 1}", (first + BAR_SPACING * i, MIDDLE_NORTH, TOP - BAR_RADIUS), BAR_RADIUS, 1.2)
 
 
-def beam():
-    """The I-beam from south-east to south-west: 0.20 high, flanges 0.12 wide and 0.015 thick, web 0.015."""
-    for part, half_width, low, high in (("bottom_flange", 0.06, -0.20, -0.185), ("web", 0.0075, -0.185, -0.015), ("top_flange", 0.06, -0.015, 0.0)):
+def rising_bars(low, high):
+    """The bars of bars_uneven from north-east to north-west: 0.18 apart, in equal rises from the height of one platform to that of the other."""
+    yield block("ground_below_bars", (WEST, NORTH, GROUND), (EAST, NORTH + PLATFORM, low - BARS_ABOVE_GROUND))
+    rng = random.Random(UNEVEN_SEED)
+    first = UNEVEN_SPACING * (UNEVEN_BARS - 1) / 2
+    for i in range(UNEVEN_BARS):
+        along, up = rng.uniform(-0.01, 0.01), rng.uniform(-0.03, 0.03)
+        top = low + (high - low) * (i + 1) / (UNEVEN_BARS + 1)
+        centre = (round(first - UNEVEN_SPACING * i - along, 4), MIDDLE_NORTH, round(top + up - BAR_RADIUS, 4))
+        yield bar(f"bar_{i + 1}", centre, BAR_RADIUS, 1.2)
+
+
+def beam(half_flange=0.06):
+    """The I-beam from south-east to south-west: 0.20 high, flanges 0.015 thick, web 0.015."""
+    parts = (("bottom_flange", half_flange, -0.20, -0.185), ("web", 0.0075, -0.185, -0.015), ("top_flange", half_flange, -0.015, 0.0))
+    for part, half_width, low, high in parts:
         yield block(f"beam_{part}", (WEST, -MIDDLE_NORTH - half_width, low), (EAST, -MIDDLE_NORTH + half_width, high))
 
 
-def spiral():
+def spiral(top=TOP):
     """Slabs from south-west to north-west, winding clockwise about an axis halfway between both."""
     for i in range(1, SLABS + 1):
         angle = math.pi + SPIRAL_ANGLE * ((SLABS + 1) / 2 - i)
         centre = (SPIRAL_AXIS + SPIRAL_RADIUS * math.cos(angle), SPIRAL_RADIUS * math.sin(angle))
-        yield box(f"slab_{i}", (*centre, TOP * i / (SLABS + 1) - SLAB_HALF[2]), SLAB_HALF, (0.0, 0.0, angle))
+        yield box(f"slab_{i}", (*centre, top * i / (SLABS + 1) - SLAB_HALF[2]), SLAB_HALF, (0.0, 0.0, angle))
 
 
 COMMENT = (
@@ -79,7 +93,24 @@ def jungle_gym(with_bars, with_beam):
     return world(comment, shapes)
 
 
+HARD_RISE, HARD_SPIRAL_RISE, HARD_HALF_FLANGE = 0.26, 0.28, 0.03
+UNEVEN_SPACING, UNEVEN_BARS, UNEVEN_SEED = 0.18, 11, 1
+"""As in bars_uneven."""
+
+
+def gym_hard():
+    tops = (6 * HARD_RISE, (SLABS + 1) * HARD_SPIRAL_RISE)
+    shapes = [*platforms(tops), *flight(HARD_RISE), *spiral(tops[1]), *rising_bars(*tops), *beam(HARD_HALF_FLANGE)]
+    comment = (
+        "As jungle_gym_full, of the harder ways: risers of 0.26 (stairs_steep) to a platform at 1.56, bars 0.18 apart and uneven",
+        "(bars_uneven) that rise evenly to a platform at 1.96, a beam with flanges 0.06 wide (beam_narrow), and a spiral with rises of",
+        "0.28 (spiral_high).",
+    )
+    return world(comment, shapes)
+
+
 WRITERS = {
+    "gym_hard": gym_hard,
     "jungle_gym_full": lambda: jungle_gym(True, True),
     "jungle_gym_spiral_route": lambda: jungle_gym(False, True),
     "jungle_gym_stair_route": lambda: jungle_gym(True, False),

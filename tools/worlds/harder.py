@@ -4,7 +4,7 @@ import math
 import random
 
 from worlds.courses import SPIRAL_ANGLE, SPIRAL_RADIUS, platform, solid_steps
-from worlds.writing import FLOOR_HALF_THICKNESS, bar, block, box, floor, world
+from worlds.writing import FLOOR_HALF_THICKNESS, bar, block, box, cylinder, floor, world
 
 SEED = 1
 
@@ -106,6 +106,73 @@ def hallway_high():
     return hallway(("As ibeam_hallway, with beams 0.30 high.",), beams)
 
 
+def hallway_plates():
+    plates = [block(f"plate_{i}", (x - 0.005, -1.0, 0.0), (x + 0.005, 1.0, 0.20)) for i, x in ((1, 3.0), (2, 3.19))]
+    return hallway(("As ibeam_hallway, with two upright plates 0.01 thick, 0.20 high and 0.19 apart in place of the beams.",), plates)
+
+
+def pass_under_low():
+    shapes = [
+        floor("floor", 0.0, 4.0, 1.0),
+        block("wall_left", (0.0, 1.0, 0.0), (4.0, 1.1, 2.0)),
+        block("wall_right", (0.0, -1.1, 0.0), (4.0, -1.0, 2.0)),
+        block("wall_start", (-0.1, -1.1, 0.0), (0.0, 1.1, 2.0)),
+        block("wall_goal", (4.0, -1.1, 0.0), (4.1, 1.1, 2.0)),
+    ]
+    for i, x in ((1, 1.4), (2, 2.0), (3, 2.6)):
+        shapes.append(block(f"bar_{i}", (x - 0.025, -1.0, 1.05), (x + 0.025, 1.0, 1.10)))
+    return world(("As pass_under, with all three undersides at 1.05.",), shapes)
+
+
+# ---------------------------------------------------------------------------------------------- clutter
+
+RAIL_RADIUS = 0.02
+RAIL_HEIGHT, RAIL_ASIDE, BAR_HEIGHT = 0.95, 0.38, 1.50
+"""Of the rails' and the bar's axes: above where the robot treads, and from the middle."""
+
+
+def clutter(begin, end, middle):
+    """Two rails along the line from one point of the way to another, and a bar across above a point between both."""
+    length, pitch = math.dist(begin, end), math.atan2(begin[1] - end[1], end[0] - begin[0])
+    x, z = (begin[0] + end[0]) / 2, (begin[1] + end[1]) / 2 + RAIL_HEIGHT
+    for side, y in (("left", RAIL_ASIDE), ("right", -RAIL_ASIDE)):
+        yield cylinder(f"rail_{side}", (x, y, z), RAIL_RADIUS, length, (0.0, math.pi / 2 + pitch, 0.0))
+    yield bar("bar_across", (middle[0], 0.0, middle[1] + BAR_HEIGHT), RAIL_RADIUS, 1.2)
+
+
+CLUTTER = "with a rail of 0.04 on each side, 0.95 high and 0.38 from the middle, and a bar of 0.04 across at 1.50."
+
+
+def cluttered_beam():
+    shapes = [
+        floor("floor_start", 0.0, 1.6, 0.8),
+        floor("floor_goal", 3.6, 5.2, 0.8),
+        floor("ground", 0.0, 5.2, 0.8, top=-0.8),
+    ]
+    for part, half, low, high in (("bottom_flange", 0.06, -0.20, -0.185), ("web", 0.0075, -0.185, -0.015), ("top_flange", 0.06, -0.015, 0.0)):
+        shapes.append(block(f"beam_{part}", (1.6, -half, low), (3.6, half, high)))
+    return world((f"As beam, {CLUTTER}",), [*shapes, *clutter((1.6, 0.0), (3.6, 0.0), (2.6, 0.0))])
+
+
+def cluttered_stairs():
+    shapes = [floor("floor", 0.0, 4.0, 1.0), *solid_steps(5, 0.22, 0.20, 1.5, 0.6), platform("platform", 2.5, 4.0, 0.6, 1.32)]
+    rails = clutter((1.5, 0.11), (2.5, 1.21), (2.0, 0.66))
+    return world((f"As stairs, {CLUTTER}", "The rails stand 0.95 over the middles of the treads."), [*shapes, *rails])
+
+
+# ---------------------------------------------------------------------------------------------- detours
+
+DETOURS = (3, 4, 5, 6, 8, 11)
+
+
+def detour(half_length):
+    shapes = [
+        block("floor", (-12.0, -12.0, -0.5), (12.0, 12.0, 0.0)),
+        block("wall", (-0.05, -half_length, 0.0), (0.05, half_length, 2.0)),
+    ]
+    return world((f"A floor 24 x 24 with a wall 0.1 thick, 2.0 high and {2 * half_length} long between start and goal.",), shapes)
+
+
 WRITERS = {
     "stairs_steep": lambda: steep_stairs(0.26),
     "stairs_steepest": lambda: steep_stairs(0.28),
@@ -117,4 +184,8 @@ WRITERS = {
     "spiral_high": lambda: spiral(("As spiral_steps, with seven rises of 0.28.",), 7 * 0.28, (0.25, 0.13, 0.025)),
     "spiral_small": lambda: spiral(("As spiral_steps, with slabs of 0.32 x 0.24.",), 1.32, (0.16, 0.12, 0.025)),
     "hallway_high": hallway_high,
-}
+    "hallway_plates": hallway_plates,
+    "pass_under_low": pass_under_low,
+    "cluttered_beam": cluttered_beam,
+    "cluttered_stairs": cluttered_stairs,
+} | {f"detour_{length}": lambda length=length: detour(length) for length in DETOURS}

@@ -15,10 +15,9 @@ HALF_WIDTH = 1.0
 WALL = 0.10
 WALL_HEIGHT = 2.0
 BLOCK_HALF = (0.195, 0.095, 0.095)
-TILT = 0.35
-HEIGHT_JITTER = 0.06
-MEAN_HEIGHT = -PIT_DEPTH + BLOCK_HALF[2] + HEIGHT_JITTER
-"""Of the centres: the lowest block, untilted, stands on the pit's floor, and the tops are level with the banks on average."""
+TILT, HEIGHT_JITTER = 0.35, 0.06
+STEEP_TILT, STEEP_HEIGHT_JITTER = 0.70, 0.12
+STEEP_HEAPS = 20
 
 GAP = 0.05
 CELL = 0.01
@@ -149,10 +148,13 @@ def lies_in_pit(outline):
     return all(PIT_FROM <= x <= PIT_TO and abs(y) <= HALF_WIDTH + WALL / 2 for x, y in outline)
 
 
-def placed(rng, target, pit, heap):
-    """A block drawn at random, laid over a bare point so that it covers as much bare ground as it can; none if it does not fit."""
-    rpy = (rng.uniform(-TILT, TILT), rng.uniform(-TILT, TILT), rng.uniform(-math.pi, math.pi))
-    height = MEAN_HEIGHT + rng.uniform(-HEIGHT_JITTER, HEIGHT_JITTER)
+def placed(rng, target, pit, heap, tilt, jitter):
+    """A block drawn at random, laid over a bare point so that it covers as much bare ground as it can; none if it does not fit.
+
+    The lowest block, untilted, stands on the pit's floor.
+    """
+    rpy = (rng.uniform(-tilt, tilt), rng.uniform(-tilt, tilt), rng.uniform(-math.pi, math.pi))
+    height = -PIT_DEPTH + BLOCK_HALF[2] + jitter + rng.uniform(-jitter, jitter)
     rpy, height = tuple(round(a, 4) for a in rpy), round(height, 4)
     best = (0, None)
     for _ in range(40):
@@ -171,16 +173,16 @@ def placed(rng, target, pit, heap):
     return best[1]
 
 
-def heaped():
+def heaped(seed, tilt, jitter):
     """Blocks drawn one after the other until no gap between them is wider than GAP."""
-    rng = random.Random(f"{SEED}.{DRAW}")
+    rng = random.Random(seed)
     pit, heap, given_up = Pit(), [], set()
     # Cells about which a gap wider than GAP may still lie: their centres are farther than GAP / 2 from every block.
     wide = {c for c in pit.bare if PIT_FROM + 0.10 <= pit.centre(c)[0] <= PIT_TO - 0.10}
     while wide:
         target = min(wide)
         for _ in range(400):
-            found = placed(rng, pit.centre(target), pit, heap)
+            found = placed(rng, pit.centre(target), pit, heap, tilt, jitter)
             if found is not None:
                 break
         else:
@@ -191,20 +193,34 @@ def heaped():
     return heap
 
 
-def cinder_blocks():
+def pit_with(heap, *comment):
+    """The corridor with its pit, filled with a heap."""
     shapes = [floor("floor_start", 0.0, PIT_FROM, HALF_WIDTH), floor("floor_goal", PIT_TO, PIT_TO + 2.0, HALF_WIDTH)]
     end = PIT_TO + 2.0
     shapes.append(block("pit_floor", (PIT_FROM, -HALF_WIDTH, -0.75), (PIT_TO, HALF_WIDTH, -PIT_DEPTH)))
     for side, y in (("left", HALF_WIDTH), ("right", -HALF_WIDTH - WALL)):
         shapes.append(block(f"wall_{side}", (0.0, y, -0.75), (end, y + WALL, WALL_HEIGHT)))
-    for i, one in enumerate(heaped()):
+    for i, one in enumerate(heap):
         shapes.append(box(f"block_{i + 1}", one.centre, BLOCK_HALF, one.rpy))
-    comment = (
+    return world(comment, shapes)
+
+
+def cinder_blocks():
+    return pit_with(
+        heaped(f"{SEED}.{DRAW}", TILT, HEIGHT_JITTER),
         "A corridor 2.0 wide with a pit 2.4 long and 0.25 deep in it, filled with a layer of cinder blocks 0.39 x 0.19 x 0.19 that lie",
         "as close as a heap does. Roll and pitch are drawn from +-0.35, yaw from +-pi, heights from +-0.06; poses that would let",
         "one sole lie on two blocks at once are drawn again. All are fixed in place.",
     )
-    return world(comment, shapes)
 
 
-WRITERS = {"cinder_blocks": cinder_blocks}
+def cinder_blocks_steep(seed):
+    return pit_with(
+        heaped(f"steep.{seed}", STEEP_TILT, STEEP_HEIGHT_JITTER),
+        f"As cinder_blocks, with roll and pitch drawn from +-0.70 and heights from +-0.12. Heap {seed} of {STEEP_HEAPS}.",
+    )
+
+
+WRITERS = {"cinder_blocks": cinder_blocks} | {
+    f"cinder_blocks_steep/{seed:02}": lambda seed=seed: cinder_blocks_steep(seed) for seed in range(1, STEEP_HEAPS + 1)
+}

@@ -11,7 +11,7 @@ use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::rejection::Rejection;
 use crate::constraints::tuning::{
     COM_MARGIN_RESERVE, CURVE_MARGIN_SHARE, CURVE_ROUNDING, INTERVALS_MIN, LOAD_SHARES,
-    MARGIN_DEPTH_SHARE_MAX, START_MARGIN_LOSS_MAX,
+    MARGIN_DEPTH_SHARE_MAX, MORE_LOAD_SHARES, START_MARGIN_LOSS_MAX,
 };
 use crate::robot::configuration::{Configuration, midway};
 use crate::robot::gravity_torques::{FootLoad, balance_loads, effort_use};
@@ -32,6 +32,9 @@ pub struct Constraints {
     pub config: PlannerConfig,
     /// The margin of the centre of mass that the checker demands, m.
     pub checked_com_margin: f64,
+    /// Shares of the weight on the right foot that are tried in double support, after the share
+    /// that follows from the centre of mass.
+    load_shares: &'static [f64],
 }
 
 impl Constraints {
@@ -40,7 +43,16 @@ impl Constraints {
     pub fn new(robot: Mechanism, collision: CollisionModel, config: PlannerConfig) -> Self {
         let single_support_postures = [0, 1].map(|limb| SingleSupportPosture::derive(&robot, limb));
         let checked_com_margin = CheckerConfig::default().com_margin;
-        Self { robot, single_support_postures, collision, config, checked_com_margin }
+        let load_shares = &LOAD_SHARES;
+        Self { robot, single_support_postures, collision, config, checked_com_margin, load_shares }
+    }
+
+    /// Relaxes the margin of the centre of mass to `com_margin` (m), multiplies the usable efforts,
+    /// and tries more shares of the weight in double support.
+    pub(crate) fn relax(&mut self, com_margin: f64, effort_factor: f64) {
+        self.config.com_margin = com_margin;
+        self.robot.mass_tree.scale_efforts(effort_factor);
+        self.load_shares = &MORE_LOAD_SHARES;
     }
 
     /// Margin of the centre of mass inside a mode's region, m: the configured one, less in small
@@ -169,7 +181,7 @@ impl Constraints {
                 let natural = ((com - left.centroid()).dot(between)
                     / between.length_squared().max(SQUARED_DISTANCE_MIN))
                 .clamp(0.0, 1.0);
-                let shares = std::iter::once(natural).chain(LOAD_SHARES);
+                let shares = std::iter::once(natural).chain(self.load_shares.iter().copied());
                 shares
                     .filter_map(|share| balance_loads([left, right], com, share))
                     .any(|loads| is_feasible(&loads))

@@ -12,6 +12,11 @@ pub(crate) const START_MARGIN_LOSS_MAX: f64 = 4e-3;
 /// Shares of the weight on the right foot that are tried in double support, after the share that
 /// follows from the centre of mass.
 pub(crate) const LOAD_SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
+/// Those that are tried once the margins are relaxed, in order of their distance from an even one.
+pub(crate) const MORE_LOAD_SHARES: [f64; 19] = [
+    0.5, 0.45, 0.55, 0.4, 0.6, 0.35, 0.65, 0.3, 0.7, 0.25, 0.75, 0.2, 0.8, 0.15, 0.85, 0.1, 0.9,
+    0.05, 0.95,
+];
 /// Fewest intervals in which a motion between two configurations is checked.
 pub(crate) const INTERVALS_MIN: f64 = 2.0;
 /// Share of the joints' margin that the curve between two configurations may use.

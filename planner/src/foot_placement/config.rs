@@ -83,6 +83,26 @@ pub struct FootPlacementConfig {
     pub ground_points_max: usize,
 }
 
+/// The least support of a sole: little more than the checker demands.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LeastSupport {
+    /// Its area, m2.
+    area: f64,
+    /// Distance of its centroid from its edge, m.
+    centroid_edge_distance: f64,
+}
+
+impl LeastSupport {
+    /// The least support for a checker, over whose margin of the centre of mass the planner's is
+    /// larger by `reserve` (m).
+    pub fn of(checker: &CheckerConfig, reserve: f64) -> Self {
+        Self {
+            area: CHECKED_AREA_FACTOR * checker.support_area_min,
+            centroid_edge_distance: CHECKED_DISTANCE_FACTOR * (checker.com_margin + reserve),
+        }
+    }
+}
+
 impl Default for FootPlacementConfig {
     fn default() -> Self {
         let degree = std::f64::consts::PI / 180.0;
@@ -148,16 +168,22 @@ impl FootPlacementConfig {
         }
         let corners = soles.iter().flatten();
         let reach = corners.map(|corner| corner.length()).fold(0.0, f64::max);
-        let checked_area = CHECKED_AREA_FACTOR * checked.support_area_min;
-        let checked_distance = CHECKED_DISTANCE_FACTOR * (checked.com_margin + reserve);
+        let least = LeastSupport::of(checked, reserve);
         Self {
-            support_area_min: area_min.max(required.min(checked_area)),
-            centroid_edge_distance_min: edge_distance_min.max(checked_distance),
+            support_area_min: area_min.max(required.min(least.area)),
+            centroid_edge_distance_min: edge_distance_min.max(least.centroid_edge_distance),
             foot_shift: (checked.foot_position_max + checked.foot_rotation_max * reach)
                 .min(FOOT_SHIFT_MAX),
             is_secured: true,
             ..standard
         }
+    }
+
+    /// Lowers what a support needs.
+    pub(crate) fn relax(&mut self, least: LeastSupport) {
+        self.support_area_min = self.support_area_min.min(least.area);
+        self.centroid_edge_distance_min =
+            self.centroid_edge_distance_min.min(least.centroid_edge_distance);
     }
 
     /// Checks every value against its range.

@@ -36,6 +36,7 @@ mod tuning;
 mod world_elements;
 
 pub use config::FootPlacementConfig;
+pub(crate) use config::LeastSupport;
 pub use nests::propose_nests;
 pub use propose::propose;
 pub use request::{PlacementQuery, PlacementStats, SampleLimits, Source, SupportedSole};

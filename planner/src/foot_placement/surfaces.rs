@@ -5,7 +5,7 @@ use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use surefoot_shared_types::world::world::World;
 
-use crate::foot_placement::config::FootPlacementConfig;
+use crate::foot_placement::config::{FootPlacementConfig, LeastSupport};
 use crate::foot_placement::elements::{CurvedSurface, Element, Face};
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::world_elements;
@@ -54,6 +54,11 @@ impl Surfaces {
             (0..surfaces.element_count()).map(|id| surfaces.element_box(id)).collect();
         surfaces.bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
         Ok(surfaces)
+    }
+
+    /// Lowers what a support needs.
+    pub(crate) fn relax(&mut self, least: LeastSupport) {
+        self.config.relax(least);
     }
 
     /// The parameters of the compilation.

@@ -11,7 +11,9 @@ use crate::constraints::foothold::{Foothold, double_mode, single_mode};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::mode_state::ModeState;
 use crate::motion::edge_table::{EdgeRecord, EdgeTable};
-use crate::motion::ids::{BOUNDARIES_MAX, FootholdId, START, TransitionId, boundary_of};
+use crate::motion::ids::{
+    BOUNDARIES_MAX, FootholdId, GOAL, START, TransitionId, boundary_node, boundary_of,
+};
 use crate::motion::mode_costs::{ModeCosts, ModeId};
 use crate::motion::mode_graph::ModeGraph;
 use crate::motion::transition_sampling::TransitionSampling;
@@ -297,6 +299,28 @@ impl Roadmap {
         assert!(!self.is_full_of_boundaries(), "the arena of boundaries is full");
         self.boundaries.push(boundary);
         self.boundaries.len() - 1
+    }
+
+    /// Replaces the state at the goal, unless a motion leads to it. The records of failed motions
+    /// to it are forgotten. Returns whether it is replaced.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn replace_goal(&mut self, state: ModeState) -> Result<bool, ArenaFull> {
+        let [left, right] = self.boundaries[GOAL].footholds;
+        let goal = boundary_node(GOAL);
+        let before = || self.graph.find_all(left, right).chain(self.graph.find_all(right, left));
+        if before().any(|from| self.edges.get(from, goal).motion.is_some()) {
+            return Ok(false);
+        }
+        for from in before() {
+            if self.edges.get(from, goal).failures > 0 {
+                self.edges.set(from, goal, EdgeRecord::default())?;
+            }
+        }
+        self.trees.forget(goal);
+        self.boundaries[GOAL].state = state;
+        Ok(true)
     }
 
     /// Number of boundaries.

@@ -82,6 +82,13 @@ impl TreePool {
         std::mem::swap(&mut self.slots[index].nodes, tree);
     }
 
+    /// Drops the trees of a node, whose state has changed.
+    pub fn forget(&mut self, node: TransitionId) {
+        for slot in &mut self.slots {
+            slot.key = slot.key.filter(|key| key.node != node);
+        }
+    }
+
     /// Ends a batch. All trees must be back.
     pub fn end_batch(&mut self) {
         self.clock += 1;

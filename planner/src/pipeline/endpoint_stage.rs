@@ -108,7 +108,9 @@ impl EndpointStage {
         let robot = &context.constraints.robot;
         let com = KinematicState::new(robot, &endpoints[0].state.configuration).com.truncate();
         search.roadmap.set_start_balance(StartBalance { com, margin_min: self.com_margin });
-        search.route.set_end_pairs(endpoints.map(|endpoint| endpoint.pair(robot)));
+        let pairs = endpoints.map(|endpoint| endpoint.pair(robot));
+        search.route.set_end_pairs(pairs);
+        search.guide.live.searches_mut().for_each(|route| route.set_end_pairs(pairs));
         Ok(if self.is_other_method { Event::OtherMethod } else { Event::Done })
     }
 

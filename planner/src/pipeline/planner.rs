@@ -7,6 +7,7 @@
 //! | --- | --- | --- |
 //! | Endpoints | the robot at the start and at the goal | 4.4.1 |
 //! | Route | a guide route, with the crouch profile (stage P) | 3, 4.1-4.3 |
+//! | RouteGrowth | further routes beside the current one, in the rounds of stage M | 3.2 |
 //! | Relaxation | the proof that there is no plan, where it is easy | |
 //! | DirectSteps | footholds of steps straight to a near goal | 4.4.2 |
 //! | Segmentation | segments of the route that share their end states | 3.2 |
@@ -50,9 +51,10 @@ use crate::pipeline::outcome_text;
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::relaxation_stage::{self, RelaxationStage};
+use crate::pipeline::resorts::Resort;
 use crate::pipeline::retrace::{Retrace, steps_retraced};
 use crate::pipeline::route_stage::RouteStage;
-use crate::pipeline::search::{Search, SearchStats};
+use crate::pipeline::search::{Margins, Search, SearchStats};
 use crate::pipeline::search_trace::SearchTrace;
 use crate::pipeline::segment_cycle::{ConfigurationStage, MotionStage};
 use crate::pipeline::segment_stage::SegmentStage;
@@ -62,6 +64,7 @@ use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::{Event, Stage, WorkCategory};
 use crate::pipeline::stage_table;
+use crate::possibility::RouteSearch;
 use crate::preparation::Preparation;
 use crate::preparation::planning_context::PlanningContext;
 use crate::relaxation::Obstruction;
@@ -107,6 +110,7 @@ impl Stages {
         match stage {
             Stage::Endpoints => self.endpoints.step(context, search, budget),
             Stage::Route => self.route.step(context, search, budget),
+            Stage::RouteGrowth => Ok(self.route.grow_beside(context, search, budget)),
             Stage::Relaxation => self.relaxation.step(context, search, budget),
             Stage::DirectSteps => DirectStage.step(context, search, budget),
             Stage::Segmentation => self.segmentation.step(context, search, budget),
@@ -168,7 +172,7 @@ impl Planner {
 
     /// Advances by at most `work` units; with a category, only as long as the work counts for it.
     fn advance(&mut self, work: u64, only: Option<WorkCategory>) -> Status {
-        let until = self.search.stats.work.saturating_add(work).min(self.search.work_max);
+        let until = self.search.stats.work.saturating_add(work).min(self.search.limits.work_max);
         while self.search.stats.work < until
             && (only.is_none() || only == self.stage.category())
             && self.stage != Stage::Over
@@ -178,7 +182,7 @@ impl Planner {
                 self.step_stage(0);
             }
         }
-        if self.stage != Stage::Over && self.search.stats.work >= self.search.work_max {
+        if self.stage != Stage::Over && self.search.stats.work >= self.search.limits.work_max {
             self.end(Outcome::BudgetExhausted(Bound::Work));
         }
         self.search.outcome.map_or(Status::Working, Status::Done)
@@ -191,6 +195,10 @@ impl Planner {
         let event = stages.step(*stage, context, search, budget);
         if let Some(category) = stage.category() {
             search.stats.work_by_category[category as usize] += search.stats.work - before;
+        }
+        if search.limits.margins == Margins::Due {
+            context.relax_margins();
+            search.limits.margins = Margins::Least;
         }
         match event {
             Ok(event) => *stage = stage_table::next(*stage, event),
@@ -205,7 +213,7 @@ impl Planner {
 
     /// Lowers the limit of the search's work to `work_max` units.
     pub fn limit_work(&mut self, work_max: u64) {
-        self.search.work_max = work_max.min(self.search.work_max);
+        self.search.limits.work_max = work_max.min(self.search.limits.work_max);
     }
 
     fn has_found(&self) -> bool {
@@ -232,6 +240,16 @@ impl Planner {
     /// shows.
     pub fn search_on(&mut self) {
         self.stages.route.skip_relaxation();
+    }
+
+    /// Searches without one of the last resorts: for measurements of what it finds. To be called
+    /// before the first step.
+    pub fn leave_out(&mut self, resort: Resort) {
+        self.search.limits.resorts.leave_out(resort);
+        if resort == Resort::NecessaryCondition {
+            self.search.route.leave_out_necessary();
+            self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_necessary);
+        }
     }
 
     /// The statistics of the search.
@@ -309,7 +327,10 @@ impl Planner {
             + search.footholds.selection.bytes()
             + search.direct.bytes()
             + nearest_vertices;
-        let possibility = search.route.bytes() + search.crouch.bytes() + stages.relaxation.bytes();
+        let possibility = search.route.bytes()
+            + search.guide.live.bytes()
+            + search.guide.crouch.bytes()
+            + stages.relaxation.bytes();
         [
             ("possibility", possibility),
             ("roadmap", search.roadmap.bytes()),

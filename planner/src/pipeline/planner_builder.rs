@@ -27,15 +27,19 @@ use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::endpoints::StanceSurfaces;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::live_routes::LiveRoutes;
 use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::planner::{Planner, Stages};
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::relaxation_stage::RelaxationStage;
+use crate::pipeline::resorts::Resorts;
 use crate::pipeline::retrace::{Retrace, executed_before, lift_off_before};
 use crate::pipeline::route_stage::RouteStage;
-use crate::pipeline::search::{Connections, FootholdSampling, Search, SearchStats};
+use crate::pipeline::search::{
+    Connections, FootholdSampling, GuideState, Margins, Search, SearchLimits, SearchStats,
+};
 use crate::pipeline::segment_searches::SegmentSearches;
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::segmentation_stage::SegmentationStage;
@@ -49,7 +53,7 @@ use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
 use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
 use crate::preparation::Preparation;
 use crate::preparation::PreparationError;
-use crate::preparation::planning_context::PlanningContext;
+use crate::preparation::planning_context::{LeastMargins, PlanningContext};
 use crate::robot::mechanism::{Mechanism, MechanismError};
 use crate::timing::limits::TimingLimits;
 use crate::timing::path_timing::PathTiming;
@@ -235,7 +239,10 @@ impl<'a> PlannerBuilder<'a> {
         let mut constraints = Constraints::new(robot, collision, config.clone());
         constraints.checked_com_margin = self.scenario.checker.com_margin;
         let (preparation, seed) = (self.preparation.clone(), self.scenario.seed);
-        Ok((PlanningContext { constraints, surfaces, preparation, threads, seed }, placement))
+        let least_margins = LeastMargins::new(config, &self.scenario.checker);
+        let context =
+            PlanningContext { constraints, surfaces, preparation, threads, seed, least_margins };
+        Ok((context, placement))
     }
 
     /// The data that the stages share.
@@ -243,23 +250,25 @@ impl<'a> PlannerBuilder<'a> {
         let config = &self.scenario.planner;
         let vertices_max = config.tree_vertices_max as usize;
         let transitions_max = config.configurations_max as usize;
-        let route = RouteSearch::new(
-            [&self.scenario.start, &self.scenario.goal],
-            config.route_vertex_spacing,
-            vertices_max,
-            &context.constraints.collision.world_bounds(),
-            placement,
-        );
+        let bounds = context.constraints.collision.world_bounds();
+        let ends = [&self.scenario.start, &self.scenario.goal];
+        let route = || {
+            let spacing = config.route_vertex_spacing;
+            RouteSearch::new(ends, spacing, vertices_max, &bounds, placement)
+        };
         Search {
             roadmap: Roadmap::new(config, context.preparation.step_limits().reach()),
-            route,
-            crouch: CrouchProfile::new(vertices_max),
+            route: route(),
+            guide: GuideState {
+                crouch: CrouchProfile::new(vertices_max),
+                live: LiveRoutes::new((1..config.live_routes).map(|_| route())),
+            },
             footholds: FootholdSampling {
                 order: FootholdOrder::Sweep { next: 0 },
                 selection: VertexSelection::new(2 * vertices_max),
                 uniform: UniformRounds::new(
                     context.preparation.step_limits().longest_level_step(),
-                    context.constraints.collision.world_bounds(),
+                    bounds,
                 ),
                 scratch: [(); 2].map(|()| Scratch::new(placement)),
             },
@@ -274,8 +283,12 @@ impl<'a> PlannerBuilder<'a> {
             segmentation: Segmentation::new(transitions_max),
             segments: SegmentSearches::new(config),
             batch: SearchBatch::default(),
+            limits: SearchLimits {
+                work_max: config.work_max,
+                resorts: Resorts::default(),
+                margins: Margins::Configured,
+            },
             stats: SearchStats::default(),
-            work_max: config.work_max,
             outcome: None,
         }
     }
@@ -347,6 +360,7 @@ impl<'a> PlannerBuilder<'a> {
 fn start_in(planner: &mut Planner, rest_state: RestState) {
     if let Some(start) = planner.stages.endpoints.start_in(rest_state) {
         planner.search.route.set_start(&start);
+        planner.search.guide.live.searches_mut().for_each(|route| route.set_start(&start));
         planner.stages.route.set_stance_width(start.stance_width);
     }
 }

@@ -29,6 +29,9 @@ pub(crate) enum RecoveryAction {
     NewRoute,
 }
 
+/// Failed searches for a motion between two configurations after which others are sampled.
+pub(crate) const ALTERNATIVE_FAILURES: u32 = 3;
+
 /// The actions in order. From [`REPEATED_FROM`] on they repeat.
 const ACTIONS: [RecoveryAction; 6] = [
     RecoveryAction::Resweep,

@@ -11,7 +11,11 @@ use crate::motion::tuning::ATTEMPTS_MAX;
 use crate::pipeline::bottlenecks::{Bottleneck, Bottlenecks, mid_feet_pose};
 use crate::pipeline::direct_stage::reject_steps;
 use crate::pipeline::foothold_order::FootholdOrder;
-use crate::pipeline::recovery_policy::{RecoveryAction, detour_about};
+use crate::pipeline::goal_postures::GoalPostures;
+use crate::pipeline::recovery_policy::{
+    ALTERNATIVE_FAILURES, RecoveryAction, RecoveryPolicy, detour_about,
+};
+use crate::pipeline::resorts::Resort;
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};
 use crate::pipeline::segmentation::Segmentation;
@@ -33,14 +37,15 @@ const MANY_ROUTES: u64 = 5;
 /// batch of failed attempts, or the first where no primitive posture holds on it.
 const PERTURBED_AT: Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
 
-/// Failed searches for a motion between two configurations after which others are sampled.
-const ALTERNATIVE_FAILURES: u32 = 3;
+/// The round of uniform footholds from which on the margins are the least ones.
+const LEAST_MARGINS_FROM_ROUND: u64 = 2;
 
 /// Chooses what follows a failed segment, without any work: the next sequence, more footholds, a
 /// detour, another route, or longer steps. `recovery_policy.rs` says when.
 #[derive(Debug, Default)]
 pub(crate) struct RecoveryStage {
     bottlenecks: Bottlenecks,
+    goal_postures: GoalPostures,
 }
 
 impl RecoveryStage {
@@ -50,7 +55,7 @@ impl RecoveryStage {
     /// The transition arena is full.
     pub fn step(
         &mut self,
-        _context: &PlanningContext,
+        context: &PlanningContext,
         search: &mut Search,
         _budget: u64,
     ) -> Result<Event, ArenaFull> {
@@ -63,7 +68,7 @@ impl RecoveryStage {
         if is_disconnected {
             return Ok(self.connect_frontiers(search));
         }
-        self.replace_sequence(search)
+        self.replace_sequence(context, search)
     }
 
     /// The place where most sequences failed, if any did.
@@ -72,22 +77,35 @@ impl RecoveryStage {
     }
 
     /// A sequence could not be completed: the next one is tried, or an action is taken near the
-    /// failures, and the transitions of failed motions get further configurations.
+    /// failures, and the transitions of failed motions get further configurations, or the goal
+    /// another posture.
     ///
     /// # Errors
     /// The transition arena is full.
-    fn replace_sequence(&mut self, search: &mut Search) -> Result<Event, ArenaFull> {
+    fn replace_sequence(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+    ) -> Result<Event, ArenaFull> {
         let graph = &search.roadmap.graph;
         let cost = |id: &TransitionId| graph.transitions()[*id as usize].cost();
         let current = search.segments.current_mut();
         let cost_max = current.sequence.iter().map(cost).fold(0.0, f64::max);
+        let before = current.recovery;
         let action = current.recovery.count_failure(cost_max);
         let worst = worst_failure(search);
         let place = place_of(search, worst);
-        if action.is_some() {
+        if action.is_some() && search.limits.resorts.has(Resort::Alternatives) {
             add_alternatives(&mut search.roadmap, &search.segmentation, search.segments.current())?;
         }
+        if search.limits.resorts.has(Resort::GoalPostures) {
+            self.goal_postures.replace(context, search)?;
+        }
         self.bottlenecks.count_failure(place);
+        grow_beside(search, place);
+        if action.is_some() && take_turn(search, before) {
+            return Ok(Event::OtherRoute);
+        }
         Ok(match action {
             None => try_next(search, worst),
             Some(RecoveryAction::Resweep) => {
@@ -103,9 +121,7 @@ impl RecoveryStage {
                 let vertex = search.route.route().nearest_vertex(place.position);
                 begin_detour(search, vertex, place)
             }
-            Some(RecoveryAction::NewRoute) if search.footholds.uniform.is_due() => {
-                begin_uniform(search)
-            }
+            Some(RecoveryAction::NewRoute) if search.is_uniform_due() => begin_uniform(search),
             Some(RecoveryAction::NewRoute) => {
                 block_failures(search);
                 leave_route(search, place)
@@ -117,14 +133,18 @@ impl RecoveryStage {
     /// sequences from both ends stop, or another action is taken there [Grey 4.4.4].
     fn connect_frontiers(&mut self, search: &mut Search) -> Event {
         let current = search.segments.current_mut();
+        let before = current.recovery;
         let (action, frontiers) = (current.recovery.next_action(), current.frontiers);
-        let route = search.route.route();
-        let frontier = route.pose(frontiers[0]);
+        let frontier = search.route.route().pose(frontiers[0]);
         self.bottlenecks.count_failure(frontier);
+        grow_beside(search, frontier);
+        if take_turn(search, before) {
+            return Event::OtherRoute;
+        }
         match action {
             RecoveryAction::Resweep | RecoveryAction::SampleNear => {
-                let selection = &mut search.footholds.selection;
-                selection.select_about(route.vertex_count(), frontiers.into_iter());
+                let vertices = search.route.route().vertex_count();
+                search.footholds.selection.select_about(vertices, frontiers.into_iter());
                 search.footholds.order = FootholdOrder::Sweep { next: 0 };
                 Event::NeedsFootholds
             }
@@ -133,10 +153,29 @@ impl RecoveryStage {
                 search.connections.begin_long_steps();
                 Event::LongSteps
             }
-            RecoveryAction::NewRoute if search.footholds.uniform.is_due() => begin_uniform(search),
+            RecoveryAction::NewRoute if search.is_uniform_due() => begin_uniform(search),
             RecoveryAction::NewRoute => leave_route(search, frontier),
         }
     }
+}
+
+/// Lets another route grow that avoids a place where the current one failed.
+fn grow_beside(search: &mut Search, place: MidFeetPose) {
+    if search.route.ends().iter().all(|end| end.distance(&place) > ENDPOINT_RADIUS) {
+        search.guide.live.begin_growth(&search.route, (place, BLOCKED_RADIUS));
+    }
+}
+
+/// An action is due on the current route: turns to another live one in its place. The action then
+/// follows in the next turn. A route of several segments keeps its turn, because its complete
+/// segments would be lost.
+fn take_turn(search: &mut Search, before: RecoveryPolicy) -> bool {
+    let may_turn = search.segmentation.len() == 1;
+    if may_turn && search.guide.live.take_turn(&mut search.route, before) {
+        return true;
+    }
+    search.guide.live.count_action();
+    false
 }
 
 /// Direct steps could not be completed: others are tried, or stage P searches a route.
@@ -221,6 +260,9 @@ fn begin_uniform(search: &mut Search) -> Event {
     if search.footholds.uniform.rounds == 1 {
         search.connections.nearest_vertices.clear();
     }
+    if search.footholds.uniform.rounds == LEAST_MARGINS_FROM_ROUND {
+        search.relax_margins();
+    }
     let first = search.roadmap.graph.footholds().len() as FootholdId;
     search.connections.uniform_from = Some(first);
     search.footholds.order = FootholdOrder::Uniform { left: ROUND_FOOTHOLDS };
@@ -262,6 +304,7 @@ fn begin_detour(search: &mut Search, vertex: usize, place: MidFeetPose) -> Event
 fn leave_route(search: &mut Search, place: MidFeetPose) -> Event {
     let radius = new_route_radius(search);
     block(&mut search.route, place, radius);
+    search.guide.live.end_route();
     search.segments.current_mut().state = SegmentState::Leave;
     Event::Done
 }

@@ -6,10 +6,11 @@ use crate::base::capacity::ArenaFull;
 use crate::motion::ids::{GOAL, START};
 use crate::pipeline::direct_stage::poses_between;
 use crate::pipeline::foothold_order::FootholdOrder;
+use crate::pipeline::live_routes::Turn;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::possibility::{
-    CrouchContext, Progress, RouteCondition, StageContext, UpperBody, UpperBodyFit,
+    CrouchContext, Progress, RouteCondition, RouteSearch, StageContext, UpperBody, UpperBodyFit,
 };
 use crate::preparation::planning_context::PlanningContext;
 
@@ -68,6 +69,9 @@ impl RouteStage {
         if self.is_crouching {
             return Ok(self.choose_crouch(context, search, budget));
         }
+        if let Some(turn) = search.guide.live.turn.take() {
+            return Ok(self.begin_turn(search, turn));
+        }
         if self.begin_direct_steps(context, search) {
             return Ok(Event::Near);
         }
@@ -85,6 +89,10 @@ impl RouteStage {
                 return Ok(Event::NoRouteYet);
             }
             Progress::Full if search.stats.routes == 0 => return Err(ArenaFull::TreeVertices),
+            Progress::Exhausted if search.stats.routes == 0 && search.relax_margins() => {
+                search.route.begin_again();
+                return Ok(Event::Continue);
+            }
             Progress::Exhausted if search.stats.routes == 0 => {
                 search.stats.used_straight_line = true;
                 search.route.use_straight_line();
@@ -98,6 +106,31 @@ impl RouteStage {
         begin_route(search);
         self.is_crouching = !search.route.route().is_upright();
         Ok(if self.is_crouching { Event::Continue } else { end(search) })
+    }
+
+    /// Begins with a live route in place of the current one.
+    fn begin_turn(&mut self, search: &mut Search, turn: Turn) -> Event {
+        search.stats.work += 1;
+        search.stats.turns += 1;
+        begin_route(search);
+        search.connections.is_new_route = turn.is_fresh;
+        search.segments.current_mut().recovery = turn.recovery;
+        self.is_crouching = !search.route.route().is_upright();
+        if self.is_crouching { Event::Continue } else { end(search) }
+    }
+
+    /// Lets a route grow beside the current one, by the work that is owed to it.
+    pub fn grow_beside(
+        &self,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Event {
+        let budget = search.guide.live.owed().min(budget);
+        let stage_context = self.context(context);
+        let advance = |route: &mut RouteSearch| route.advance(&stage_context, budget);
+        search.stats.work += search.guide.live.grow(advance);
+        if search.guide.live.owed() > 0 { Event::Continue } else { Event::Done }
     }
 
     /// Makes the interpolation between start and goal the route, if the goal is near, the robot
@@ -157,7 +190,7 @@ impl RouteStage {
             threads: &context.threads,
         };
         let (spent, has_chosen) =
-            search.crouch.advance(&crouch_context, search.route.route(), budget);
+            search.guide.crouch.advance(&crouch_context, search.route.route(), budget);
         search.stats.work += spent;
         self.is_crouching = !has_chosen;
         if has_chosen { end(search) } else { Event::Continue }
@@ -176,7 +209,7 @@ fn begin_route(search: &mut Search) {
     stats.routes_under_c_n += u64::from(route.condition() == RouteCondition::Necessary);
     stats.route_edges = route.route().labelled();
     search.connections.begin_route();
-    search.crouch.begin();
+    search.guide.crouch.begin();
 }
 
 /// The route is complete: after a detour the boundaries of the segments move with it.

@@ -8,7 +8,9 @@ use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::{BatchStats, SearchBatch};
 use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::live_routes::LiveRoutes;
 use crate::pipeline::outcome::Outcome;
+use crate::pipeline::resorts::{Resort, Resorts};
 use crate::pipeline::segment_searches::SegmentSearches;
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::stage::WorkCategory;
@@ -23,8 +25,8 @@ pub(crate) struct Search {
     pub roadmap: Roadmap,
     /// Gamma_P, with the guide route found last.
     pub route: RouteSearch,
-    /// How the robot crouches along the route.
-    pub crouch: CrouchProfile,
+    /// What belongs to the guide route.
+    pub guide: GuideState,
     /// Orders and memory for foothold sampling.
     pub footholds: FootholdSampling,
     /// State of the transitions between footholds.
@@ -37,12 +39,43 @@ pub(crate) struct Search {
     pub segments: SegmentSearches,
     /// Searches for configurations and motions that run in parallel.
     pub batch: SearchBatch,
+    /// What the search may do.
+    pub limits: SearchLimits,
     /// Statistics.
     pub stats: SearchStats,
-    /// Limit of the work, in units.
-    pub work_max: u64,
     /// The result, once the search has ended.
     pub outcome: Option<Outcome>,
+}
+
+/// What belongs to the guide route of stage P.
+#[derive(Debug)]
+pub(crate) struct GuideState {
+    /// How the robot crouches along the route.
+    pub crouch: CrouchProfile,
+    /// The routes beside it.
+    pub live: LiveRoutes,
+}
+
+/// What the search may do.
+#[derive(Debug)]
+pub(crate) struct SearchLimits {
+    /// Limit of the work, in units.
+    pub work_max: u64,
+    /// The last resorts that may be used.
+    pub resorts: Resorts,
+    /// The margins that configurations and footholds keep.
+    pub margins: Margins,
+}
+
+/// The margins of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Margins {
+    /// Those of the configuration.
+    Configured,
+    /// The least ones from the next step on.
+    Due,
+    /// The least ones: little more than the checker demands.
+    Least,
 }
 
 /// What the foothold stage samples, and its memory.
@@ -101,6 +134,7 @@ impl Search {
     ) -> Result<Option<BatchStats>, ArenaFull> {
         let spent = self.batch.advance(context, &self.roadmap, budget);
         self.stats.work += spent;
+        self.guide.live.count_work(spent);
         if spent == budget {
             return Ok(None);
         }
@@ -127,6 +161,22 @@ impl Search {
         Ok(())
     }
 
+    /// Relaxes the margins after this step, once. Returns whether it does.
+    pub fn relax_margins(&mut self) -> bool {
+        let is_due = self.limits.margins == Margins::Configured
+            && self.limits.resorts.has(Resort::LeastMargins);
+        if is_due {
+            self.limits.margins = Margins::Due;
+            self.stats.has_least_margins = true;
+        }
+        is_due
+    }
+
+    /// Whether a round of uniform footholds begins in place of leaving the route.
+    pub fn is_uniform_due(&mut self) -> bool {
+        self.limits.resorts.has(Resort::UniformRounds) && self.footholds.uniform.is_due()
+    }
+
     /// Whether a transition on partial support keeps its prior cost: only once better footholds
     /// have failed.
     pub fn may_use_partial_support(&self) -> bool {
@@ -149,6 +199,12 @@ pub struct SearchStats {
     pub routes_under_c_n: u64,
     /// Whether stage P found no route, so that a straight line was tried.
     pub used_straight_line: bool,
+    /// Turns from one live route to another.
+    pub turns: u64,
+    /// Postures at the goal that replaced an earlier one.
+    pub goal_postures: u64,
+    /// Whether the margins were relaxed to little more than the checker demands.
+    pub has_least_margins: bool,
     /// Most segments of a route that shared a batch.
     pub segments_at_once: u64,
     /// Sweeps for footholds along guide routes.

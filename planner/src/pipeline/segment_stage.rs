@@ -23,6 +23,9 @@ impl SegmentStage {
         search: &mut Search,
         _budget: u64,
     ) -> Result<Event, ArenaFull> {
+        if search.guide.live.owed() > 0 {
+            return Ok(Event::GrowRoutes);
+        }
         let event = search.segments.next();
         match event {
             Event::LeaveRoute => {

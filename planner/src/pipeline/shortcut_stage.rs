@@ -148,7 +148,7 @@ pub(crate) fn shortcut_work_end(context: &PlanningContext, search: &Search) -> u
     let work = search.stats.work;
     let counted = work - search.stats.work_by_category[WorkCategory::Relaxation as usize];
     let wanted = (context.constraints.config.shortcut_work_share * counted as f64) as u64;
-    work.saturating_add(wanted).min(search.work_max.saturating_sub(chunks_work))
+    work.saturating_add(wanted).min(search.limits.work_max.saturating_sub(chunks_work))
 }
 
 /// An edge of a plan, between two of its transitions.

@@ -34,7 +34,7 @@ impl SmoothPathStage {
         budget: u64,
     ) -> Result<Event, ArenaFull> {
         let Some(smoother) = &mut self.smoother else { return Ok(Event::Done) };
-        let Search { roadmap, segmentation, stats, work_max, .. } = search;
+        let Search { roadmap, segmentation, stats, limits, .. } = search;
         let inputs = SmoothingInputs {
             constraints: &context.constraints,
             plan: SearchedPlan { roadmap, nodes: segmentation.plan() },
@@ -45,7 +45,7 @@ impl SmoothPathStage {
             self.has_begun = true;
         }
         let work_left = (inputs.plan.nodes.len() + roadmap.waypoints_len()) as u64;
-        let (begin, smoothed_until) = (stats.work, work_max.saturating_sub(work_left));
+        let (begin, smoothed_until) = (stats.work, limits.work_max.saturating_sub(work_left));
         while !smoother.is_over() && stats.work - begin < budget {
             if stats.work >= smoothed_until {
                 smoother.abandon();

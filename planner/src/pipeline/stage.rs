@@ -19,6 +19,8 @@ pub enum Stage {
     Connections,
     /// Primitives give the motions along possible edges [Grey 3.2, 4.4.5].
     Primitives,
+    /// Stage P grows further routes beside the current one [Grey 3.2].
+    RouteGrowth,
     /// The next task of the segments is chosen.
     Segments,
     /// Prior costs of transitions are estimated [Grey 4.4.2].
@@ -50,7 +52,7 @@ impl Stage {
         match self {
             Self::Endpoints => Some(WorkCategory::Endpoints),
             Self::Relaxation => Some(WorkCategory::Relaxation),
-            Self::Route | Self::Segmentation => Some(WorkCategory::Route),
+            Self::Route | Self::RouteGrowth | Self::Segmentation => Some(WorkCategory::Route),
             Self::Footholds | Self::DirectSteps => Some(WorkCategory::Footholds),
             Self::Connections | Self::Estimates => Some(WorkCategory::Transitions),
             Self::Sequence => Some(WorkCategory::Sequence),
@@ -87,6 +89,10 @@ pub enum Event {
     Impossible,
     /// Stage P finds no further route.
     NoFurtherRoute,
+    /// Further routes are to grow.
+    GrowRoutes,
+    /// Stage M turns to another live route.
+    OtherRoute,
     /// A segment's sequence cannot be completed.
     Failed,
     /// Some transitions of a sequence have no estimate.

@@ -20,7 +20,7 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 40] = [
+pub const TRANSITIONS: [Transition; 43] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
     row(Stage::Endpoints, Event::OtherMethod, Stage::Method),
@@ -41,6 +41,8 @@ pub const TRANSITIONS: [Transition; 40] = [
     row(Stage::Connections, Event::NewRoute, Stage::Primitives),
     row(Stage::Connections, Event::Done, Stage::Segments),
     row(Stage::Primitives, Event::Done, Stage::Segments),
+    row(Stage::Segments, Event::GrowRoutes, Stage::RouteGrowth),
+    row(Stage::RouteGrowth, Event::Done, Stage::Segments),
     row(Stage::Segments, Event::Failed, Stage::Recovery),
     row(Stage::Segments, Event::NeedsEstimates, Stage::Estimates),
     row(Stage::Segments, Event::NeedsSequence, Stage::Sequence),
@@ -56,6 +58,7 @@ pub const TRANSITIONS: [Transition; 40] = [
     row(Stage::Recovery, Event::Done, Stage::Segments),
     row(Stage::Recovery, Event::NeedsFootholds, Stage::Footholds),
     row(Stage::Recovery, Event::Detour, Stage::Route),
+    row(Stage::Recovery, Event::OtherRoute, Stage::Route),
     row(Stage::Recovery, Event::LongSteps, Stage::Connections),
     row(Stage::Recovery, Event::Near, Stage::DirectSteps),
     row(Stage::Shortcuts, Event::Done, Stage::SmoothPath),

@@ -12,7 +12,7 @@ struct BlockedRegion {
 }
 
 /// The regions excluded from sampling.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct BlockedRegions {
     regions: heapless::Deque<BlockedRegion, BLOCKED_REGIONS_MAX>,
 }

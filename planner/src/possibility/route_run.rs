@@ -75,6 +75,8 @@ pub struct Run {
     pub restarts: u64,
     /// How often the region was widened, part of the random streams' names.
     pub widenings: u32,
+    /// Whether routes under C_N alone are searched.
+    pub has_necessary: bool,
 }
 
 impl Run {

@@ -77,6 +77,7 @@ impl RouteSearch {
                 generation: 0,
                 restarts: 0,
                 widenings: 0,
+                has_necessary: true,
             },
             route: GuideRoute::new(ends[0], ends[1], vertices_max),
             shortcuts: RouteShortcuts::default(),
@@ -199,6 +200,26 @@ impl RouteSearch {
         self.run.generation += 1;
         self.run.restarts += 1;
         self.begin(self.endpoints);
+    }
+
+    /// Restarts the search for the first route.
+    pub fn begin_again(&mut self) {
+        self.run.generation += 1;
+        self.begin(self.endpoints);
+    }
+
+    /// Begins the search for a route beside that of another search: it avoids the same regions, and
+    /// one more around a pose, with its radius in the metric of Gamma_P, m.
+    pub fn begin_beside(&mut self, other: &Self, (pose, radius): (MidFeetPose, f64)) {
+        self.blocked = other.blocked.clone();
+        self.block(pose, radius);
+        self.run.generation = self.run.generation.max(other.run.generation);
+        self.begin_again();
+    }
+
+    /// Searches no routes under C_N alone.
+    pub fn leave_out_necessary(&mut self) {
+        self.run.has_necessary = false;
     }
 
     /// Restarts the search for a detour that replaces the vertices between two of the route.
@@ -383,7 +404,9 @@ impl RouteSearch {
         let next = match condition {
             RouteCondition::UpperBody => RouteCondition::Root,
             RouteCondition::Root if is_first && self.run.widen(&self.region.world) => return,
-            RouteCondition::Root if !is_first && self.detour.between.is_none() => {
+            RouteCondition::Root
+                if !is_first && self.detour.between.is_none() && self.run.has_necessary =>
+            {
                 RouteCondition::Necessary
             }
             RouteCondition::Root | RouteCondition::Necessary => {

@@ -21,9 +21,9 @@ use crate::geometry::convex_region::ConvexRegion;
 use crate::kinematics::Leg;
 use crate::primitives::level_sole::side_of;
 use crate::primitives::tuning::{
-    COM_SPREAD, EXTENSION_SPREAD, FAR_REACHING_POSTURES, FREE_JOINT_SPREAD, LEAN_BOUNDS,
-    LEAN_SPREAD, NEIGHBOURHOOD_ATTEMPTS, NEIGHBOURHOOD_SPREAD, PRIMITIVE_POSTURES, PROJECTED_FROM,
-    PROJECTION_WEIGHT, PrimitivePosture, ROTATION_SPREADS, UNBOUNDED_FROM,
+    ANY_BRANCH_EVERY, COM_SPREAD, EXTENSION_SPREAD, FAR_REACHING_POSTURES, FREE_JOINT_SPREAD,
+    LEAN_BOUNDS, LEAN_SPREAD, NEIGHBOURHOOD_ATTEMPTS, NEIGHBOURHOOD_SPREAD, PRIMITIVE_POSTURES,
+    PROJECTED_FROM, PROJECTION_WEIGHT, PrimitivePosture, ROTATION_SPREADS, UNBOUNDED_FROM,
     UNBOUNDED_LEG_EXTENSIONS,
 };
 use crate::robot::configuration::Configuration;
@@ -60,7 +60,11 @@ pub fn sample(
     let robot = &constraints.robot;
     let com_margin = constraints.com_margin(mode);
     let (posture, free) = if is_unbounded(attempt) {
-        choose_anywhere(constraints, mode, pair, com_margin, &mut stream)
+        let (posture, mut free) = choose_anywhere(constraints, mode, pair, com_margin, &mut stream);
+        if attempt.is_multiple_of(ANY_BRANCH_EVERY) {
+            draw_legs(robot, &mut free, &mut stream);
+        }
+        (posture, free)
     } else {
         choose(constraints, mode, pair, com_margin, attempt, &mut stream)
     };
@@ -79,6 +83,40 @@ pub fn sample(
     let is_balanced =
         constraints.is_balanced(&double_mode(pair.stance, pair.other), &kinematic_state);
     is_balanced.then_some(configuration).ok_or(Rejection::Balance)
+}
+
+/// Samples a configuration on both feet, with the centre of mass over either of them or between.
+/// `attempt` counts the attempts made so far: even ones begin with primitive postures, odd ones
+/// draw from all postures. `random` is the seed and the number of the sample's object.
+///
+/// # Errors
+/// The constraint that this attempt violates.
+pub fn sample_double(
+    constraints: &Constraints,
+    [left, right]: [&Foothold; 2],
+    random: (u64, u64),
+    attempt: u64,
+) -> Result<Configuration, Rejection> {
+    let (seed, object) = random;
+    let mut stream = Random::new(seed, Stream::Transition, object, attempt);
+    let mode = double_mode(left, right);
+    let pair = TransitionPair { stance: left, other: right };
+    let com_margin = constraints.com_margin(&mode);
+    let (posture, free) = if attempt.is_multiple_of(2) {
+        choose(constraints, &mode, pair, com_margin, attempt / 2, &mut stream)
+    } else {
+        choose_anywhere(constraints, &mode, pair, com_margin, &mut stream)
+    };
+    let mut kinematic_state = KinematicState::default();
+    let configuration = solve_posture_into(
+        &constraints.robot,
+        &world_from_soles(pair),
+        &posture,
+        free,
+        &mut kinematic_state,
+    )?;
+    constraints.check(&mode, &kinematic_state, [FootPhase::Stance; 2])?;
+    Ok(configuration)
 }
 
 /// Whether an attempt draws from all postures instead of those near a primitive one: every other
@@ -254,6 +292,14 @@ fn choose_anywhere(
     let drawn = centroid + offset * DVec2::new(cos, sin);
     let com = mode.region.nearest_inside(drawn, com_margin + 2.0 * COM_TOLERANCE);
     (Posture { world_from_root: rotation, leg_extension, com }, free)
+}
+
+/// Draws the joints of both legs within their limits: inverse kinematics then finds another of its
+/// branches where there are several.
+fn draw_legs(robot: &Mechanism, q: &mut FreeJoints, stream: &mut Random) {
+    for joint in robot.legs.iter().flat_map(Leg::joints) {
+        q[joint.index] = stream.uniform(joint.lower, joint.upper);
+    }
 }
 
 /// The point at the fraction `lean` from the region's centroid to the point nearest to `other` that

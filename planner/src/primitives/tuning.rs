@@ -59,6 +59,8 @@ pub const FAR_REACHING_POSTURES: [u64; 4] = [10, 8, 11, 5];
 pub(crate) const NEIGHBOURHOOD_ATTEMPTS: u64 = 24;
 /// From this attempt on, every other one draws from all postures.
 pub(crate) const UNBOUNDED_FROM: u64 = 108;
+/// Of these attempts, those whose number is a multiple of this one begin with random leg joints.
+pub(crate) const ANY_BRANCH_EVERY: u64 = 4;
 /// Smallest and largest leg extension of such an attempt, as a share of the leg's reach.
 pub(crate) const UNBOUNDED_LEG_EXTENSIONS: [f64; 2] = [0.2, 1.0];
 /// Attempts from this one on are projections, where the legs have no closed form.

@@ -47,6 +47,12 @@ pub(crate) struct LoadedJoint {
 pub(crate) type LeverArms = heapless::Vec<DVec3, JOINTS_MAX>;
 
 impl MassTree {
+    /// Multiplies all usable efforts.
+    pub(crate) fn scale_efforts(&mut self, factor: f64) {
+        let joints = self.upper_body_joints.iter_mut().chain(&mut self.leg_joints);
+        joints.for_each(|joint| joint.effort *= factor);
+    }
+
     /// Compiles a robot; only `effort_share` (0 to 1) of each joint's effort may be used.
     pub fn new(model: &RobotModel, effort_share: f64) -> Self {
         let tree = KinematicTree::new(model);

@@ -30,7 +30,7 @@ const fn reals(low: Bound<f64>, high: Bound<f64>) -> Range {
 
 /// All parameters, in the order of the fields. Relations between two parameters narrow the ranges
 /// further.
-pub static PARAMETERS: [Parameter; 28] = [
+pub static PARAMETERS: [Parameter; 29] = [
     Parameter {
         name: "planner.work_max",
         unit: "work units",
@@ -183,6 +183,17 @@ pub static PARAMETERS: [Parameter; 28] = [
         relation: "",
         source: "method: Grey 4.4.4; value: chosen by measurement; no record",
         value: |planner, _, _| Value::Real(planner.route_vertex_spacing),
+    },
+    Parameter {
+        name: "planner.live_routes",
+        unit: "",
+        effect: "Guide routes that are alive at once: stage M works on them in turn, while stage \
+            P grows further ones; with 1 stage P waits for stage M. Memory is reserved for each.",
+        range: counts(1, 8),
+        relation: "",
+        source: "method: Grey 3.2, figure 3.6; value: 1 is the fastest where the first route is \
+            no dead end",
+        value: |planner, _, _| Value::Count(planner.live_routes.into()),
     },
     Parameter {
         name: "checker.foot_position_max",

@@ -51,6 +51,9 @@ pub struct PlannerConfig {
     pub support_area_min: f64,
     /// Distance between the guide-route vertices at which footholds are sampled, m.
     pub route_vertex_spacing: f64,
+    /// Guide routes that are alive at once: stage M works on them in turn, while stage P grows
+    /// further ones. With 1 stage P waits for stage M. Memory is reserved for each.
+    pub live_routes: u32,
 }
 
 impl Default for PlannerConfig {
@@ -72,6 +75,7 @@ impl Default for PlannerConfig {
             collision_step: 0.01,
             support_area_min: 0.008,
             route_vertex_spacing: 0.25,
+            live_routes: 1,
         }
     }
 }

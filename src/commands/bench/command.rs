@@ -4,6 +4,7 @@
 use crate::cli::bench_arguments::{BenchArguments, BenchCommand};
 use crate::commands::bench::footholds::footholds_bench;
 use crate::commands::bench::goals;
+use crate::commands::bench::holes;
 use crate::commands::bench::impossible;
 use crate::commands::bench::ipc;
 use crate::commands::bench::late;
@@ -35,6 +36,7 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Soak(arguments) => soak_bench::run(arguments),
         BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
         BenchCommand::Goals(arguments) => goals::run(arguments),
+        BenchCommand::Holes(arguments) => holes::run(arguments),
         BenchCommand::Impossible(arguments) => impossible::run(arguments),
         BenchCommand::Late(arguments) => late::run(arguments),
         BenchCommand::Mutations(arguments) => mutations_bench::run(arguments),

@@ -3,6 +3,7 @@
 pub mod command;
 pub mod footholds;
 pub mod goals;
+pub mod holes;
 pub mod impossible;
 pub mod ipc;
 pub mod journal;
