@@ -17,11 +17,11 @@ use preparation::preparation_for;
 use surefoot_controller_sim::{PlanReport, check_plan};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::MotionKind;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::plan_file::read::load_plan;
 use surefoot_shared_types::plan_file::write::plan_from_chunks;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 
 /// Why a damaged plan must be refused.
@@ -102,4 +102,53 @@ fn every_damage_is_refused_for_its_own_reason() {
         })
         .collect();
     assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
+
+/// A scenario of two steps on level ground, for plans that are checked quickly.
+fn short_walk(folder: &Path) -> PathBuf {
+    let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    let path = folder.join("short_walk.toml");
+    let text = format!(
+        "robot = {:?}\nworld = {:?}\n[start]\nxyz = [0.5, 0.0, 0.0]\n[goal]\nxyz = [0.9, 0.0, 0.0]\n",
+        configs.join("robots/hubo/robot.toml"),
+        configs.join("worlds/flat_walk.toml")
+    );
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn plans_changed_at_random_are_refused_where_the_change_is_large() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("accepted");
+    std::fs::create_dir(&out).unwrap();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_surefoot"))
+        .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
+        .args(["bench", "mutations", "--plans", "138", "--json", "--out"])
+        .arg(&out)
+        .arg("--scenario")
+        .arg(short_walk(folder.path()))
+        .output()
+        .unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{text}{output:?}");
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        report["plans"],
+        serde_json::json!(["short_walk smooth", "short_walk quasi_static"])
+    );
+    let total = |field: &str| -> u64 {
+        let kinds = report["kinds"].as_array().unwrap().iter();
+        kinds.map(|kind| kind[field].as_u64().unwrap()).sum()
+    };
+    let accepted = report["accepted"].as_array().unwrap().len() as u64;
+    assert_eq!((total("changed"), total("changed") - total("refused")), (138, accepted), "{text}");
+    assert!(accepted > 10 && total("refused") > 69, "{text}");
+    // Each accepted plan is a file that the command checks again, with the same result.
+    let files: Vec<PathBuf> =
+        std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert_eq!(files.len() as u64, accepted);
+    for file in &files[..3] {
+        assert!(check_plan(&load_plan(file).unwrap(), file).unwrap().is_valid(), "{file:?}");
+    }
 }

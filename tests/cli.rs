@@ -16,7 +16,7 @@ use std::path::Path;
 use std::process::Command;
 
 use command::{CommandOutput, assert_nothing_left, run, scenario};
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::scenario::load::load_scenario;
 
 /// A folder with a copy of flat_walk in which `from` is replaced by `to`.
 struct TestFolder {

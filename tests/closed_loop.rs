@@ -14,13 +14,13 @@ use surefoot_planner::pipeline::Retrace;
 use surefoot_planner::pipeline::outcome::EndpointError;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::MotionKind;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{
     Check, Contact, Feedback, PlanChunk, RestState, SupportMode, WithCrc, WorldCorrection,
 };
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::{World, WorldShape};
 

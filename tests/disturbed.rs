@@ -20,11 +20,11 @@ use surefoot_controller_sim::{Checker, ChunkExecutor, Disturbance, Identity, Sto
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::config::MotionKind;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState, Waypoint, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 
 const CONTROLLER_ID: u64 = 3;

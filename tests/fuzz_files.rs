@@ -33,7 +33,6 @@ use preparation::preparation_for;
 use private_folder::private_folder;
 use random::Random;
 use surefoot_planner::{Outcome, Planner, Status};
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{
     Feedback, JournalRecord, Layout, PlanRequest, PlanStatus, SimulationState,
@@ -41,6 +40,7 @@ use surefoot_shared_types::message::{
 use surefoot_shared_types::plan_file::read::load_plan;
 use surefoot_shared_types::plan_file::write::plan_from_chunks;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use targets::{TARGETS, Target};
 

@@ -13,13 +13,13 @@ use surefoot_controller_sim::{Checker, ChunkExecutor, GroundTruth, Identity};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::MotionKind;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{
     CorrectionKind, PlanChunk, RestState, WithCrc, WorldCorrection,
 };
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};

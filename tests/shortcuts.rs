@@ -12,10 +12,10 @@ use preparation::preparation_for;
 use surefoot_controller_sim::check_plan;
 use surefoot_planner::pipeline::WorkCategory;
 use surefoot_planner::{Outcome, Planner, Status};
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::plan_file::read::load_plan;
 use surefoot_shared_types::plan_file::write::plan_from_chunks;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 
 /// Swings over obstacles, primitives on a floor, steps on edges, and footholds hardly larger than

@@ -21,12 +21,12 @@ use surefoot_controller_sim::execution::simulation::Simulation;
 use surefoot_controller_sim::{Checker, ChunkExecutor, ChunkWalk, Identity, StopCounts};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::MotionKind;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::message::{PlanChunk, SimulationState, SupportMode, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::GRAVITY;
 

@@ -27,11 +27,11 @@ use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubsc
 use surefoot_planner::channel::plan_publisher::PlanPublisher;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::{Planner, Status};
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 
 /// Seconds of the walk per second of the test.

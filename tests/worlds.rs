@@ -12,7 +12,7 @@ use sole_support::{
     LONGEST_STEP, SOLE_SIZE, bounds, contacts, half_extents, named, rests_wholly, shape, sole_at,
     support_area, top_face, world,
 };
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 

@@ -16,7 +16,7 @@ use sole_support::{
 };
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::spatial::wrap_angle;
-use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::world::World;
 
 const EPSILON: f64 = 3e-6;

@@ -27,6 +27,7 @@ pub use execution::ground_truth::{GroundTruth, missing_contact};
 pub use execution::late_chunks::{LATE_SHARE, LateChunks};
 pub use execution::late_walk::{LateWalk, walk_late};
 pub use execution::plan_clock::{Pace, PlanClock, PlanInstant, StopCounts};
+pub use execution::plan_ends::Goal;
 pub use plan::plan_check::{PlanReport, check_plan, check_plan_in};
 pub use plan::problem::Problem;
 pub use statics::CheckerError;

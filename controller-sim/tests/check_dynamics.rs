@@ -117,6 +117,24 @@ fn speeds_and_stated_accelerations_between_waypoints_are_refused() {
 }
 
 #[test]
+fn without_known_stops_the_default_acceleration_limit_holds() {
+    // A light forearm swings by 0.2 rad from rest to rest in 0.2 s: 28.9 rad/s2 on the way.
+    let mut light = robot();
+    (light.links[4].mass, light.links[4].inertia) = (0.1, 1e-3 * glam::DMat3::IDENTITY);
+    let motion = [waypoint(0.0, 0.0, 0.0), waypoint(0.2, 0.0, 0.2)];
+    check_with(light.clone(), world(vec![]), &motion, &[]).unwrap();
+    let mut checker = Checker::new(light, world(vec![]), CheckerConfig::default())
+        .unwrap()
+        .keeping_default_accelerations();
+    let mut check = |waypoints: &[Waypoint]| {
+        let (mode, contacts, course) = (SupportMode::Double, &both_feet(), Course::Smooth(&[]));
+        checker.check_segment(&MotionSegment { mode, contacts, waypoints, course }, &mut || {})
+    };
+    refused(check(&motion), Check::Acceleration, "elbow accelerates by");
+    check(&[motion[0], Waypoint { time: 0.4, ..motion[1] }]).unwrap();
+}
+
+#[test]
 fn a_stance_sole_that_moves_is_refused() {
     let mut motion = smooth_swing(0.3, 1.0, 6);
     motion[3].root_velocity[0] = 0.03;

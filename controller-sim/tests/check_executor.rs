@@ -8,10 +8,10 @@ mod check_robot;
 use std::cell::RefCell;
 
 use check_robot::*;
-use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
+use surefoot_controller_sim::{Checker, ChunkExecutor, Goal, Identity};
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::config::scenario::StancePose;
+use surefoot_shared_types::config::scenario::{GoalTolerance, StancePose};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
 
@@ -275,6 +275,44 @@ fn the_first_chunk_begins_at_the_start() {
     let violation = elsewhere.check_and_execute(&first()).unwrap_err();
     assert_eq!(violation.check, Check::Continuity, "{violation}");
     assert_eq!(elsewhere.rest_state(), None);
+}
+
+#[test]
+fn the_last_chunk_ends_at_the_goal() {
+    let refusal_at = |x: f64, yaw: f64, change: &dyn Fn(&mut PlanChunk)| {
+        let position = glam::DVec3::new(x, 0.0, 0.05);
+        let goal = Goal {
+            stance: StancePose { position, yaw, stance_width: 0.2 },
+            tolerance: GoalTolerance { position: 0.1, yaw: 0.15 },
+        };
+        let mut executor = executor().ending_at(goal);
+        executor.check_and_execute(&first()).expect("only the last chunk ends at the goal");
+        let before = executor.rest_state().cloned();
+        let mut last = second();
+        last.flags = FLAG_LAST;
+        change(&mut last);
+        let refusal = executor.check_and_execute(&signed(last)).err();
+        let stays = executor.rest_state() == before.as_ref() && !executor.finished();
+        assert_eq!(refusal.is_some(), stays, "a refusal must not move the robot");
+        refusal.map(|refusal| (refusal.check, refusal.detail))
+    };
+    let whole = &|_: &mut PlanChunk| {};
+    assert_eq!(refusal_at(0.09, 0.1, whole), None);
+    for (x, yaw, words) in [
+        (0.11, 0.0, "left sole 0.110 m beside its place at the goal"),
+        (0.0, 0.16, "left sole turned by 0.160 rad from the goal"),
+        (f64::NAN, 0.0, "left sole NaN m beside"),
+    ] {
+        let (check, detail) = refusal_at(x, yaw, whole).expect("must be refused");
+        assert!(check == Check::Continuity && detail.contains(words), "{detail}");
+    }
+    let on_one_foot = |last: &mut PlanChunk| {
+        (last.mode, last.contacts_len) = (SupportMode::Left as u32, 1);
+    };
+    let (_, detail) = refusal_at(0.0, 0.0, &on_one_foot).expect("must be refused");
+    assert!(detail.contains("ends on one foot"), "{detail}");
+    // A plan whose last chunk is called another one is not finished, and has not arrived.
+    assert_eq!(refusal_at(3.0, 0.0, &|last| last.flags = 0), None);
 }
 
 #[test]

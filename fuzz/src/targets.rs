@@ -11,12 +11,12 @@ use bytemuck::{Pod, Zeroable, bytes_of_mut};
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity, check_plan};
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::{
     Feedback, JournalRecord, PlanChunk, PlanRequest, PlanStatus, SimulationState, WithCrc,
 };
 use surefoot_shared_types::plan_file::read::load_plan;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 
 /// A reader of one kind of data.

@@ -378,6 +378,44 @@ fn a_window_ends_at_rest_and_costs_little_time() {
     assert!(timing.law().end() < 1.05 * whole, "{} {whole}", timing.law().end());
 }
 
+/// The largest difference (s) of a node's time in the law from that of the profile's speeds.
+fn largest_lag(timing: &PathTiming) -> f64 {
+    let nodes: Vec<(f64, f64, bool)> =
+        timing.nodes().map(|(node, x)| (node.position, x.max(0.0).sqrt(), node.rests)).collect();
+    let lag = |index: usize| {
+        let [(from, begin, _), (to, end, rests)] = [nodes[index], nodes[index + 1]];
+        let pause = if rests { 0.1 } else { 0.0 };
+        let expected = if to > from { 2.0 * (to - from) / (begin + end) } else { 0.0 } + pause;
+        let taken = timing.law().time_of_node(index + 1) - timing.law().time_of_node(index);
+        (taken - expected).abs()
+    };
+    (0..nodes.len() - 1).map(lag).fold(0.0, f64::max)
+}
+
+#[test]
+fn where_a_window_fails_the_motion_is_that_of_the_window_before() {
+    let model = hubo();
+    let mut walk = smooth_walk(&model, 4, 0.12);
+    // Nothing moves through the middle of the sixth span: the sole would.
+    let span = &walk.spans[5];
+    let middle = span.first.midpoint(span.last);
+    walk.points[middle].first[0] += 2e3;
+    let mut timing = timing_of(&model, &walk);
+    let path = Path { points: &walk.points, spans: &walk.spans };
+    timing.begin();
+    let mut is_within = true;
+    for count in 1..=walk.spans.len() {
+        if !is_within {
+            break;
+        }
+        timing.add_span(path).unwrap();
+        let known_path = Path { spans: &walk.spans[..count], ..path };
+        is_within = timing.solve(known_path, count.saturating_sub(2), 0);
+        assert!(largest_lag(&timing) < 1e-9, "{count} spans: {}", largest_lag(&timing));
+    }
+    assert!(!is_within && timing.stats().rests > 0, "{:?}", timing.stats());
+}
+
 #[test]
 fn every_chunk_holds_a_stop_within_the_limits() {
     let model = hubo();

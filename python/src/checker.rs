@@ -15,7 +15,7 @@ use crate::arrays::{matrix, rows, vector};
 use crate::errors::OrRaise;
 use crate::parameters::Parameters;
 use crate::plan::Plan;
-use crate::planning::{goal_of, stance_of};
+use crate::planning::{GoalNumbers, StanceNumbers, goal_of, stance_of};
 use crate::robot::Robot;
 use crate::world::World;
 
@@ -45,7 +45,7 @@ impl Checker {
         &self,
         py: Python<'_>,
         plan: &Plan,
-        ends: Option<([f64; 5], [f64; 7])>,
+        ends: Option<(StanceNumbers, GoalNumbers)>,
     ) -> PyResult<String> {
         let report = py.detach(|| {
             let checker = self.inner.lock().unwrap_or_else(PoisonError::into_inner);

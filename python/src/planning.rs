@@ -17,22 +17,27 @@ use crate::world::World;
 /// Work units between two looks for a signal, some tens of milliseconds.
 const WORK_PER_STEP: u64 = 2000;
 
-/// A stance from x, y, z, yaw and width.
-pub fn stance_of([x, y, z, yaw, width]: [f64; 5]) -> Stance {
-    Stance::at(x, y, z).with_yaw(yaw).with_width(width)
+/// x, y, z, yaw and width of a stance.
+pub type StanceNumbers = (f64, f64, f64, f64, Option<f64>);
+/// A goal's stance and its tolerances of position and yaw.
+pub type GoalNumbers = (f64, f64, f64, f64, Option<f64>, f64, f64);
+
+/// A stance from its numbers.
+pub fn stance_of((x, y, z, yaw, width): StanceNumbers) -> Stance {
+    Stance { width, ..Stance::at(x, y, z).with_yaw(yaw) }
 }
 
-/// A goal from its stance and its tolerances of position and yaw.
-pub fn goal_of([x, y, z, yaw, width, position, turn]: [f64; 7]) -> Goal {
-    let stance = stance_of([x, y, z, yaw, width]);
+/// A goal from its numbers.
+pub fn goal_of((x, y, z, yaw, width, position, turn): GoalNumbers) -> Goal {
+    let stance = stance_of((x, y, z, yaw, width));
     Goal { stance, position_tolerance: position, yaw_tolerance: turn }
 }
 
 /// What bounds and shapes one search.
 #[derive(FromPyObject)]
 struct Search {
-    start: [f64; 5],
-    goal: [f64; 7],
+    start: StanceNumbers,
+    goal: GoalNumbers,
     seed: u64,
     threads: usize,
 }
@@ -48,7 +53,7 @@ pub fn plan<'py>(
     search: &Bound<'py, PyAny>,
 ) -> PyResult<(Plan, Bound<'py, PyDict>, Matrix<'py>)> {
     let Search { start, goal, seed, threads } = search.extract()?;
-    check(&parameters.inner, start, goal, seed).or_raise()?;
+    check(&parameters.inner, &robot.inner, start, goal, seed).or_raise()?;
     let prepared = robot.preparation(py, &parameters.inner)?;
     let builder = Planner::builder(&prepared, &world.inner)
         .parameters(parameters.inner.clone())
@@ -73,15 +78,16 @@ pub fn plan<'py>(
 /// Checks all numbers before the robot is prepared for them, which takes seconds.
 fn check(
     parameters: &surefoot::Parameters,
-    start: [f64; 5],
-    goal: [f64; 7],
+    robot: &surefoot::Robot,
+    start: StanceNumbers,
+    goal: GoalNumbers,
     seed: u64,
 ) -> Result<(), ScenarioError> {
     let surefoot::Parameters { planner, checker, execution } = parameters.clone();
     let goal = goal_of(goal);
     let content = ScenarioContent {
-        start: stance_of(start).into(),
-        goal: goal.stance.into(),
+        start: stance_of(start).pose(robot),
+        goal: goal.stance.pose(robot),
         goal_position_tolerance: goal.position_tolerance,
         goal_yaw_tolerance: goal.yaw_tolerance,
         seed,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surefoot_shared_types::config::load::load_scenario as load;
+use surefoot_shared_types::scenario::load::load_scenario as load;
 use surefoot_shared_types::config::scenario::StancePose;
 
 use crate::errors::OrRaise;

@@ -15,6 +15,7 @@ pub mod plan_file;
 pub mod plan_format;
 pub mod robot;
 pub mod robot_draft;
+pub mod scenario;
 pub mod world;
 
 pub use base::input_error::InputError;

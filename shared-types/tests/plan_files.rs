@@ -10,13 +10,13 @@ use bytemuck::Zeroable;
 use common::{Folder, ROBOT, check_no_panic};
 use serde_json::{Value, json};
 use surefoot_shared_types::InputError;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
 use surefoot_shared_types::plan_file::ramps::fitting_chunks;
 use surefoot_shared_types::plan_file::read::{joint_order, load_plan};
 use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
 use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile};
 use surefoot_shared_types::robot::load::{load_robot, robot_from_block};
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::{load_world, world_from_block};
 
 fn contact(limb: u32, x: f64) -> Contact {

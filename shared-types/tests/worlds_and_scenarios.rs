@@ -8,8 +8,9 @@ use std::path::Path;
 
 use common::{FOOT_OBJ, Folder, SCENARIO, Spoiling, WORLD, check_no_panic, check_spoilings};
 use glam::DVec3;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};
@@ -175,7 +176,9 @@ fn a_valid_scenario_loads_as_written() {
     assert_eq!((scenario.name.as_str(), scenario.seed), ("scenario", 7));
     assert_eq!(scenario.robot_path, folder.path("robot.toml"));
     assert_eq!(scenario.world_path, folder.path("world.toml"));
-    assert_eq!((scenario.start.yaw, scenario.start.stance_width), (0.0, 0.2));
+    let robot = load_robot(&scenario.robot_path).unwrap();
+    assert!(robot.stance_width() > 0.0);
+    assert_eq!((scenario.start.yaw, scenario.start.stance_width), (0.0, robot.stance_width()));
     assert_eq!((scenario.goal.yaw, scenario.goal.stance_width), (1.5, 0.3));
     assert_eq!((scenario.goal_tolerance.position, scenario.goal_tolerance.yaw), (0.10, 0.35));
     assert_eq!(

@@ -89,7 +89,7 @@ impl Checker {
         start: Stance,
         goal: Goal,
     ) -> Result<PlanReport, AnswerError> {
-        let scenario = content(start, goal, &self.parameters, 1).build()?;
+        let scenario = content(&self.robot, start, goal, &self.parameters, 1).build()?;
         let (model, world) = (self.robot.model().clone(), self.world.model().clone());
         let file = plan.unsaved();
         let problem = Problem::of_stances(model, world, &scenario, &file);

@@ -279,7 +279,8 @@ impl Planner {
     }
 
     fn scenario(&self, task: &Task) -> Result<Scenario, ScenarioError> {
-        content(task.start, task.goal, &self.parameters, self.seed).build()
+        let robot = self.prepared.robot();
+        content(robot, task.start, task.goal, &self.parameters, self.seed).build()
     }
 
     /// The chunks of the plan found last that end by a time (s).

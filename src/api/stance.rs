@@ -4,9 +4,7 @@ use surefoot_shared_types::config::builder::ScenarioContent;
 use surefoot_shared_types::config::scenario::StancePose;
 
 use crate::api::parameters::Parameters;
-
-/// Lateral distance between the soles where none is set, m.
-const WIDTH_DEFAULT: f64 = 0.2;
+use crate::api::robot::Robot;
 
 /// Both soles side by side on the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,14 +13,14 @@ pub struct Stance {
     pub position: [f64; 3],
     /// Heading in the world, rad.
     pub yaw: f64,
-    /// Lateral distance between the two sole frames, m.
-    pub width: f64,
+    /// Lateral distance between the two sole frames, m; `None`: that of the robot as it stands.
+    pub width: Option<f64>,
 }
 
 impl Stance {
-    /// A stance at `x`, `y`, `z` (m) that heads along x, 0.2 m wide.
+    /// A stance at `x`, `y`, `z` (m) that heads along x, as wide as the robot stands.
     pub const fn at(x: f64, y: f64, z: f64) -> Self {
-        Self { position: [x, y, z], yaw: 0.0, width: WIDTH_DEFAULT }
+        Self { position: [x, y, z], yaw: 0.0, width: None }
     }
 
     /// The same stance with a heading, rad.
@@ -34,7 +32,7 @@ impl Stance {
     /// The same stance with another lateral distance between the soles, m.
     #[must_use]
     pub const fn with_width(self, width: f64) -> Self {
-        Self { width, ..self }
+        Self { width: Some(width), ..self }
     }
 }
 
@@ -69,14 +67,17 @@ impl Goal {
     }
 }
 
-impl From<Stance> for StancePose {
-    fn from(stance: Stance) -> Self {
-        Self { position: stance.position.into(), yaw: stance.yaw, stance_width: stance.width }
+impl Stance {
+    /// The stance of a robot.
+    pub fn pose(self, robot: &Robot) -> StancePose {
+        let stance_width = self.width.unwrap_or_else(|| robot.model().stance_width());
+        StancePose { position: self.position.into(), yaw: self.yaw, stance_width }
     }
 }
 
-/// The numbers of a scenario from a start to a goal.
+/// The numbers of a robot's scenario from a start to a goal.
 pub(crate) fn content(
+    robot: &Robot,
     start: Stance,
     goal: Goal,
     parameters: &Parameters,
@@ -84,8 +85,8 @@ pub(crate) fn content(
 ) -> ScenarioContent {
     let Parameters { planner, checker, execution } = parameters.clone();
     ScenarioContent {
-        start: start.into(),
-        goal: goal.stance.into(),
+        start: start.pose(robot),
+        goal: goal.stance.pose(robot),
         goal_position_tolerance: goal.position_tolerance,
         goal_yaw_tolerance: goal.yaw_tolerance,
         seed,

@@ -49,6 +49,8 @@ pub enum BenchCommand {
     Impossible(ImpossibleArguments),
     /// Smooth walks whose chunks come late at random: each brakes, stands and goes on
     Late(LateArguments),
+    /// Plans changed at random: the controller refuses each, or the robot stands when it walks it
+    Mutations(MutationsArguments),
     /// The planner beside other methods on the same worlds: success, time, work and steps
     Methods(MethodsArguments),
     /// Figure 5.8 of the thesis: time of w-rpg over the radius of the discs about its route
@@ -379,6 +381,35 @@ pub struct LateArguments {
     #[arg(long, value_name = "X", default_value_t = LATE_SHARE, value_parser = late_share)]
     pub share: f64,
     /// Write every walk as executed, with its stops, into this folder: plans that
+    /// tools/replay_mujoco.py replays
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench mutations`.
+#[derive(Debug, Args)]
+pub struct MutationsArguments {
+    /// Changed plans
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 2000,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub plans: u64,
+    /// The seed of the changes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub scenarios: ScenarioArguments,
+    /// Change only plans of this motion: quasi_static or smooth [default: both]
+    #[arg(long, value_name = "MOTION", value_parser = motion)]
+    pub motion: Option<MotionKind>,
+    /// Write the changed plans that are accepted into this folder: plans that
     /// tools/replay_mujoco.py replays
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

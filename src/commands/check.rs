@@ -4,8 +4,8 @@ use serde::Serialize;
 use surefoot_controller_sim::plan::EndpointReport;
 use surefoot_controller_sim::plan::plan_check::CheckResult;
 use surefoot_controller_sim::{PlanReport, Problem, Reserves, check_plan_in};
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::plan_file::read::load_plan;
+use surefoot_shared_types::scenario::load::load_scenario;
 
 use crate::cli::arguments::CheckArguments;
 use crate::input::shipped::scenario_path;

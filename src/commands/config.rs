@@ -5,12 +5,12 @@ use std::ops::Bound;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::parameter::{Parameter, Range, Value};
 use surefoot_shared_types::config::parameter_lines::parameter_lines;
 use surefoot_shared_types::config::parameters::PARAMETERS;
 use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
+use surefoot_shared_types::scenario::load::scenario_of;
 
 use crate::cli::arguments::ConfigShowArguments;
 use crate::input::shipped::scenario_path;

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use surefoot_controller_sim::channel::plan_subscriber::{PlanSubscriber, StreamEnd};
 use surefoot_controller_sim::{
-    Checker, CheckerError, ChunkExecutor, Disturbance, GroundTruth, Identity,
+    Checker, CheckerError, ChunkExecutor, Disturbance, Goal, GroundTruth, Identity,
 };
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::instance::sender::random_id;
@@ -103,6 +103,9 @@ impl<'a> Controller<'a> {
             None if arguments.serve => ChunkExecutor::new(checker, identity),
             None => ChunkExecutor::new(checker, identity).starting_at(scenario.start),
         };
+        let Scenario { goal: stance, goal_tolerance: tolerance, .. } = scenario;
+        let goal = Goal { stance, tolerance };
+        let executor = if arguments.serve { executor } else { executor.ending_at(goal) };
         let simulation = &arguments.simulation;
         let walk = WalkOptions {
             rate: simulation.rate,

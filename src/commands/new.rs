@@ -8,7 +8,6 @@ use surefoot_shared_types::robot::load::load_robot;
 use crate::cli::arguments::NewArguments;
 use crate::input::output_files::write_text;
 use crate::input::shipped::{bytes_of, robot_path};
-use crate::input::stance_measures::stance_width;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
 
@@ -68,7 +67,7 @@ fn shipped_robot() -> impl Iterator<Item = (String, String)> {
 fn scenario_of(robot: &Path, folder: &Path) -> Result<String, CommandError> {
     let robot = &robot_path(robot)?;
     let model = load_robot(robot)?;
-    let width = (100.0 * stance_width(&model)).round() / 100.0;
+    let width = (100.0 * model.stance_width()).round() / 100.0;
     let path = relative_path(robot, folder);
     let quoted =
         serde_json::to_string(&path).map_err(|error| output_error(robot, &error.to_string()))?;

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::config::MotionKind;
-use surefoot_shared_types::config::load::scenario_of;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::message::Description;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::scenario::load::scenario_of;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};

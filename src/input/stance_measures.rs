@@ -18,11 +18,3 @@ pub fn standing_height(model: &RobotModel) -> f64 {
     let heights = soles.iter().map(|sole| -sole.translation.z);
     heights.sum::<f64>() / soles.len().max(1) as f64
 }
-
-/// The lateral distance between the sole frames, m.
-pub fn stance_width(model: &RobotModel) -> f64 {
-    match soles(model)[..] {
-        [left, right] => (left.translation - right.translation).truncate().length(),
-        _ => 0.0,
-    }
-}

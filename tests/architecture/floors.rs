@@ -52,6 +52,7 @@ pub const CRATES: [Crate; 4] = [
             floor("message", UpTo("config", &[])),
             floor("world", UpTo("message", &[])),
             floor("robot", UpTo("world", &[])),
+            floor("scenario", UpTo("robot", &[])),
             floor("robot_draft", UpTo("robot", &[])),
             floor("plan_file", UpTo("robot", &[])),
             floor("instance", UpTo("plan_file", &[])),

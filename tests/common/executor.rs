@@ -1,8 +1,8 @@
 //! The robot of a scenario as a controller executes chunks on it.
 
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 
 /// The executor of a scenario file for the controller `controller_id`, before its first chunk.

@@ -54,19 +54,20 @@ pub fn check_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> Result<
 }
 
 /// As [`check_acceleration`] for a smooth motion. A limit that the robot file does not state is
-/// none; torques bound the acceleration of such a joint.
+/// none, unless the motion `keeps_default` limits; torques bound the acceleration of such a joint.
 ///
 /// # Errors
 /// A joint needs more than its limit.
 pub fn check_stated_accelerations(
     model: &RobotModel,
     instants: &[(usize, Waypoint)],
+    keeps_default: bool,
 ) -> Result<f64, Violation> {
     let mut worst = f64::INFINITY;
     for (index, instant) in instants {
         for (joint, acceleration) in model.joints.iter().zip(&instant.joint_acceleration) {
             let limit = joint.acceleration;
-            if limit == ACCELERATION_DEFAULT {
+            if limit == ACCELERATION_DEFAULT && !keeps_default {
                 continue;
             }
             let share = acceleration.abs() / limit;

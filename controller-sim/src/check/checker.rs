@@ -56,6 +56,9 @@ pub struct Checker {
     collisions: CollisionModel,
     /// The pairs of links that may overlap, one line each.
     allowed_overlaps: Vec<String>,
+    /// Whether accelerations of a smooth motion stay within the default limit where the robot file
+    /// states none.
+    keeps_default_accelerations: bool,
 }
 
 impl Checker {
@@ -96,7 +99,14 @@ impl Checker {
             equilibrium,
             collisions,
             allowed_overlaps,
+            keeps_default_accelerations: false,
         })
+    }
+
+    /// The same checker, for smooth motions of which nothing shows that the robot can stop in them:
+    /// where the robot file states no acceleration limit, that of straight lines holds.
+    pub fn keeping_default_accelerations(self) -> Self {
+        Self { keeps_default_accelerations: true, ..self }
     }
 
     /// The robot.
@@ -324,7 +334,8 @@ impl Checker {
             // A case exists only for waypoints whose spacing holds.
             PhysicalCheck::Spacing => return check_speeds(model, &case.instants),
             PhysicalCheck::Acceleration if case.is_smooth() => {
-                return check_stated_accelerations(model, &case.instants);
+                let keeps_default = self.keeps_default_accelerations;
+                return check_stated_accelerations(model, &case.instants, keeps_default);
             }
             PhysicalCheck::ZeroMoment => {
                 return check_zero_moment(model, config, &mut self.equilibrium, case);

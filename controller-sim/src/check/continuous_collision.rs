@@ -155,7 +155,7 @@ impl ContinuousCollision<'_> {
         Ok(())
     }
 
-    /// The pairs of which the bound does not tell that they stay clear over an interval, and no
+    /// The pairs of which the bound does not show that they stay clear over an interval, and no
     /// nearer than the smallest distance so far. The bounds of the others move on to its end.
     fn pairs_to_measure(&mut self, interval: &Interval, displacements: &[f64]) -> Vec<usize> {
         let (penetration_max, worst) = (self.penetration_max, self.worst);

@@ -6,6 +6,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::is_at_most;
 use crate::check::segment::{Case, Violation};
+use crate::check::torque::effort_excess;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Generator};
 use crate::statics::inverse_dynamics::InverseDynamics;
@@ -29,11 +30,10 @@ pub fn check_dynamic_torque(
     heartbeat: &mut dyn FnMut(),
 ) -> Result<f64, Violation> {
     let generators = equilibrium.generators(&case.supports, ALL_FRICTION);
-    let share_max = config.effort_share + SHARE_ROUNDING;
     let mut worst = f64::INFINITY;
     for (index, instant) in &case.instants {
         heartbeat();
-        let unused = unused_share(model, joints, &generators, instant, share_max)
+        let unused = unused_share(model, joints, &generators, instant, config.effort_share)
             .map_err(|detail| Violation::new(Check::DynamicTorque, *index, detail))?;
         worst = worst.min(unused);
     }
@@ -45,8 +45,9 @@ fn unused_share(
     joints: usize,
     generators: &[Generator],
     instant: &Waypoint,
-    share_max: f64,
+    effort_share: f64,
 ) -> Result<f64, String> {
+    let share_max = effort_share + SHARE_ROUNDING;
     let posture = Posture::new(model, &Configuration::of_unlocked(model, instant, joints));
     let dynamics = InverseDynamics::new(model, &posture, instant);
     let torques = dynamics
@@ -56,8 +57,7 @@ fn unused_share(
     for (joint, torque) in model.joints.iter().zip(torques) {
         let share = torque.abs() / joint.effort;
         if !is_at_most(share, share_max) {
-            let (name, torque, effort) = (&joint.name, torque.abs(), joint.effort);
-            return Err(format!("joint {name} needs {torque:.1} N m or N of {effort:.1}"));
+            return Err(effort_excess(joint, torque, effort_share));
         }
         worst = worst.min(1.0 - share);
     }

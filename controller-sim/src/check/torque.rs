@@ -2,7 +2,7 @@
 
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
-use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 use crate::base::comparison::{is_at_most, largest, smallest};
 use crate::check::motion::Sample;
@@ -40,14 +40,21 @@ pub fn check_torque(
         for (joint, torque) in model.joints.iter().zip(torques) {
             let share = torque.abs() / joint.effort;
             if !is_at_most(share, share_max) {
-                let limit = config.effort_share * joint.effort;
-                let (name, torque) = (&joint.name, torque.abs());
-                return bad(format!("joint {name} needs {torque:.1} N m or N, limit {limit:.1}"));
+                return bad(effort_excess(joint, torque, config.effort_share));
             }
             worst = worst.min(1.0 - share);
         }
     }
     Ok(worst)
+}
+
+/// A torque beyond the share of its limit that a joint may use, in words.
+pub fn effort_excess(joint: &Joint, torque: f64, effort_share: f64) -> String {
+    let Joint { name, effort, .. } = joint;
+    let (torque, limit, percent) = (torque.abs(), effort_share * effort, 100.0 * effort_share);
+    format!(
+        "joint {name} needs {torque:.2} N m or N, limit {limit:.2}, {percent:.0} % of {effort:.2}"
+    )
 }
 
 /// As [`check_torque`], by contact forces of least squares instead of those that minimise the

@@ -22,16 +22,12 @@ use crate::check::course::{Course, Stop};
 use crate::check::segment::{MotionSegment, Violation};
 use crate::chunk::continuity::{Stance, check_transition, is_resting, stance_limbs};
 use crate::chunk::message_check::{Identity, check_identity, check_message};
+use crate::execution::plan_ends::{Goal, PlanEnds};
 use crate::execution::recent_chunks::RecentChunks;
-use crate::kinematics::forward::{Configuration, Posture};
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
 /// in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
-
-/// How far a sole of the first waypoint may be from the start stance, m: the ground may be up to
-/// 10 cm higher or lower than the stance states.
-const START_DISTANCE_MAX: f64 = 0.12;
 
 /// A stage of the checks on a chunk. No stage uses content that an earlier one has not checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,8 +52,8 @@ const STAGES: [Stage; 5] =
 pub struct ChunkExecutor {
     checker: Checker,
     identity: Identity,
-    /// The stance at which the first chunk must begin, if it is known.
-    start: Option<StancePose>,
+    /// Where the first chunk must begin and the last one end, as far as it is known.
+    ends: PlanEnds,
     plan: Option<(u64, u64)>,
     next_sequence: u64,
     stream: Digest,
@@ -109,7 +105,7 @@ impl ChunkExecutor {
         Self {
             checker,
             identity,
-            start: None,
+            ends: PlanEnds::default(),
             plan: None,
             next_sequence: 0,
             stream: Digest::default(),
@@ -123,7 +119,12 @@ impl ChunkExecutor {
 
     /// The same robot, whose first chunk must begin at this stance.
     pub fn starting_at(self, start: StancePose) -> Self {
-        Self { start: Some(start), ..self }
+        Self { ends: PlanEnds { start: Some(start), ..self.ends }, ..self }
+    }
+
+    /// The same robot, whose plans must end at this goal.
+    pub fn ending_at(self, goal: Goal) -> Self {
+        Self { ends: PlanEnds { goal: Some(goal), ..self.ends }, ..self }
     }
 
     /// A robot that another controller moved before; `feedback` is the last one that it published.
@@ -137,7 +138,7 @@ impl ChunkExecutor {
         Self {
             checker,
             identity: Identity { world, ..identity },
-            start: None,
+            ends: PlanEnds::default(),
             plan: (feedback.session != 0).then_some((feedback.plan_id, feedback.epoch)),
             next_sequence: feedback.next_sequence,
             stream: feedback.stream,
@@ -366,33 +367,15 @@ impl ChunkExecutor {
         }
     }
 
-    /// Whether the soles of the first waypoint are at the start stance.
-    fn check_start(&self, chunk: &PlanChunk) -> Result<(), String> {
-        let Some(start) = &self.start else { return Ok(()) };
-        let model = self.checker.model();
-        let first = Configuration::of_waypoint(&chunk.waypoints()[0], model.joints.len());
-        let posture = Posture::new(model, &first);
-        for (limb, stance) in start.world_from_soles().iter().enumerate() {
-            let sole = posture.world_from_sole(model, limb);
-            let distance = sole.translation.distance(stance.translation);
-            if !is_at_most(distance, START_DISTANCE_MAX) {
-                let foot = &model.feet[limb].name;
-                return Err(format!(
-                    "the {foot} sole begins {distance:.3} m from the start stance, limit \
-                     {START_DISTANCE_MAX} m"
-                ));
-            }
-        }
-        Ok(())
-    }
-
     /// A new plan may start its clock anew and put its weight on another foot, but begins where the
     /// robot stands.
     fn check_continuity(&self, chunk: &PlanChunk, mode: SupportMode) -> Result<(), Violation> {
         let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
         check_rests(chunk).or_else(bad)?;
+        let model = self.checker.model();
+        self.ends.check_goal(model, chunk, mode).or_else(bad)?;
         let Some(rest_state) = &self.rest_state else {
-            return self.check_start(chunk).or_else(bad);
+            return self.ends.check_start(model, chunk).or_else(bad);
         };
         let goes_on = self.recent.last_waypoint().filter(|_| !self.starts_plan(chunk));
         let (first, last) = (&chunk.waypoints()[0], goes_on.unwrap_or(&rest_state.waypoint));

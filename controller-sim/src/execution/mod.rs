@@ -9,6 +9,7 @@ pub mod ground_truth;
 pub mod late_chunks;
 pub mod late_walk;
 pub mod plan_clock;
+pub mod plan_ends;
 pub(crate) mod plan_motion;
 pub mod recent_chunks;
 pub mod simulation;

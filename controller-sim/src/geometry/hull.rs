@@ -1,11 +1,15 @@
 //! Convex hulls: their furthest point in a direction, and the depth of a point inside.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
 
-use crate::base::comparison::is_below;
+use crate::base::comparison::{is_at_most, is_below, smallest};
 use crate::geometry::bounds::Bounds;
 
+/// How far a point may be outside of its hull, m: rounding.
+const OUTSIDE_MAX: f64 = 1e-6;
 /// Points in a leaf of the tree.
 const LEAF_POINTS: usize = 4;
 
@@ -31,11 +35,17 @@ struct Node {
 }
 
 impl Hull {
-    /// The hull of points (m).
+    /// The hull of points (m), verified by what holds of every hull.
     ///
     /// # Errors
-    /// The points span no volume.
+    /// The points span no volume, or the hull is wrong.
     pub fn new(points: &[DVec3]) -> Result<Self, String> {
+        let hull = Self::unverified(points)?;
+        hull.verify(points)?;
+        Ok(hull)
+    }
+
+    fn unverified(points: &[DVec3]) -> Result<Self, String> {
         let (mut points, triangles) =
             try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
         let corners = |triangle: &[u32; 3]| triangle.map(|index| points[index as usize]);
@@ -45,6 +55,35 @@ impl Hull {
         let end = points.len();
         split(&mut points, (0, end), &mut tree);
         Ok(Self { points, triangles, planes, tree })
+    }
+
+    /// Whether this is the hull of these points, however it was made: its surface is closed, it
+    /// contains each point, and its corners are among them, so that it is no larger than their
+    /// hull.
+    fn verify(&self, given: &[DVec3]) -> Result<(), String> {
+        let bits = |point: DVec3| (point + DVec3::ZERO).to_array().map(f64::to_bits);
+        let given_bits: BTreeSet<[u64; 3]> = given.iter().copied().map(bits).collect();
+        let mut edges: BTreeSet<[[u64; 3]; 2]> = BTreeSet::new();
+        for [a, b, c] in &self.triangles {
+            for (from, to) in [(*a, *b), (*b, *c), (*c, *a)] {
+                if !given_bits.contains(&bits(from)) {
+                    return Err(format!(
+                        "its convex hull has a corner at {from}, where it has none"
+                    ));
+                }
+                edges.insert([bits(from), bits(to)]);
+            }
+        }
+        if edges.len() != 3 * self.triangles.len()
+            || edges.iter().any(|[from, to]| !edges.contains(&[*to, *from]))
+        {
+            return Err("its convex hull is not closed".to_owned());
+        }
+        let is_outside = |point: &&DVec3| !is_at_most(-OUTSIDE_MAX, self.depth(**point));
+        match given.iter().find(is_outside) {
+            Some(point) => Err(format!("its convex hull leaves out its point {point}")),
+            None => Ok(()),
+        }
     }
 
     /// Its vertices, m.
@@ -68,8 +107,7 @@ impl Hull {
 
     /// The distance of a point inside to the surface, m; negative outside.
     pub fn depth(&self, point: DVec3) -> f64 {
-        let depths = self.planes.iter().map(|(normal, distance)| distance - normal.dot(point));
-        depths.fold(f64::INFINITY, f64::min)
+        smallest(self.planes.iter().map(|(normal, distance)| distance - normal.dot(point)))
     }
 
     /// Replaces `best` by the furthest vertex of a node, if that is further.
@@ -142,6 +180,33 @@ mod tests {
                 assert_eq!(reach(hull.support(direction)), furthest);
             }
         }
+    }
+
+    #[test]
+    fn a_wrong_hull_is_refused() {
+        let points = ball(60);
+        let right = Hull::unverified(&points).unwrap();
+        right.verify(&points).unwrap();
+        let refusal = |hull: Hull, points: &[DVec3]| hull.verify(points).expect_err("is wrong");
+        let fewer = Hull::unverified(&points[1..]).unwrap();
+        assert!(refusal(fewer, &points).contains("leaves out"));
+        let more = Hull::unverified(&[&points[..], &[2.0 * DVec3::X]].concat()).unwrap();
+        assert!(refusal(more, &points).contains("corner at"));
+        let moved = |hull: &Hull| hull.triangles.iter().map(|t| t.map(|at| 1.001 * at)).collect();
+        let larger = Hull { triangles: moved(&right), ..right.clone() };
+        assert!(refusal(larger, &points).contains("corner at"));
+        let mut open = right.clone();
+        open.triangles.pop();
+        assert!(refusal(open, &points).contains("not closed"));
+        let mut turned = right.clone();
+        turned.triangles[3].swap(0, 1);
+        assert!(refusal(turned, &points).contains("not closed"));
+        let mut shifted = right.clone();
+        shifted.planes[5].1 -= 1e-3;
+        assert!(refusal(shifted, &points).contains("leaves out"));
+        let mut unknown = right;
+        unknown.planes[5].1 = f64::NAN;
+        assert!(refusal(unknown, &points).contains("leaves out"));
     }
 
     #[test]

@@ -14,7 +14,7 @@ use surefoot_shared_types::plan_file::read::joint_order;
 use surefoot_shared_types::plan_format::blocks::{
     ChunkBlock, ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
 };
-use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, RobotModel};
 
 use crate::check::checker::Checker;
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
@@ -134,9 +134,13 @@ pub fn check_plan_in(
     notes.extend(checker.unshaped_links().map(|link| {
         format!("not checked for collisions: link {link} has mass and no collision shape")
     }));
-    notes.extend(fitting_chunks(plan).err().map(|reason| {
-        format!("the stops of the plan's chunks are not checked: {reason}; the plan was edited")
-    }));
+    if let Err(reason) = fitting_chunks(plan) {
+        checker = checker.keeping_default_accelerations();
+        notes.push(format!(
+            "the stops of the plan's chunks are not checked: {reason}; the plan was edited, and \
+             accelerations stay within {ACCELERATION_DEFAULT} where the robot file states no limit"
+        ));
+    }
     if parsed.is_smooth && plan.chunks.is_empty() {
         notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
     }

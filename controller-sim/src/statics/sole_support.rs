@@ -55,6 +55,9 @@ pub struct SupportFinder {
     tilt_cos_min: f64,
     slope_cos_min: f64,
     cache: BTreeMap<(u32, [u64; 8]), SoleSupport>,
+    /// The last samples under each foot, with the pose of its sole: the support under another
+    /// centre of mass needs the same rays.
+    last_samples: Vec<Option<(Pose, Vec<RaySample>)>>,
 }
 
 #[derive(Clone, Copy)]
@@ -101,6 +104,7 @@ impl SupportFinder {
             tilt_cos_min: libm::cos(config.contact_tilt_max),
             slope_cos_min: 1.0 / (1.0 + world.mu * world.mu).sqrt() - 1e-9,
             cache: BTreeMap::new(),
+            last_samples: vec![None; model.feet.len()],
         })
     }
 
@@ -129,22 +133,15 @@ impl SupportFinder {
         support
     }
 
-    fn measure(&self, limb: usize, world_from_sole: &Pose, height: f64) -> SoleSupport {
-        let samples = self.ray_samples(&self.undersides[limb], world_from_sole);
-        let deepest = -least_air(&samples);
-        let region = certain_region(&samples, height);
-        let area = polygon::area(&region);
-        if region.len() < 3 || area <= 0.0 {
-            return SoleSupport { limb, area: 0.0, deepest, points: Vec::new() };
-        }
-        let contact_point = |at: DVec2| {
-            let nearest = nearest_carrying(&samples, at)?;
-            let ground = at.extend(nearest.point.height - nearest.air);
-            Some(ContactPoint { position: *world_from_sole * ground, normal: nearest.normal })
-        };
-        let kept = polygon::extreme_vertices(&region, CONTACT_POINTS_MAX);
-        let points = kept.into_iter().filter_map(|index| contact_point(region[index])).collect();
-        SoleSupport { limb, area, deepest, points }
+    fn measure(&mut self, limb: usize, world_from_sole: &Pose, height: f64) -> SoleSupport {
+        let known = self.last_samples[limb].take().filter(|(pose, _)| pose == world_from_sole);
+        let samples = known.map_or_else(
+            || self.ray_samples(&self.undersides[limb], world_from_sole),
+            |(_, samples)| samples,
+        );
+        let support = support_of(limb, &samples, world_from_sole, height);
+        self.last_samples[limb] = Some((*world_from_sole, samples));
+        support
     }
 
     /// Samples of the whole sole: a coarse grid, and a fine one where the ground is near and no
@@ -242,6 +239,29 @@ impl SupportFinder {
         sample.most_air = sample.air + self.shift_max * slope;
         sample
     }
+}
+
+/// The support over samples of the ground under a sole.
+fn support_of(
+    limb: usize,
+    samples: &[RaySample],
+    world_from_sole: &Pose,
+    height: f64,
+) -> SoleSupport {
+    let deepest = -least_air(samples);
+    let region = certain_region(samples, height);
+    let area = polygon::area(&region);
+    if region.len() < 3 || area <= 0.0 {
+        return SoleSupport { limb, area: 0.0, deepest, points: Vec::new() };
+    }
+    let contact_point = |at: DVec2| {
+        let nearest = nearest_carrying(samples, at)?;
+        let ground = at.extend(nearest.point.height - nearest.air);
+        Some(ContactPoint { position: *world_from_sole * ground, normal: nearest.normal })
+    };
+    let kept = polygon::extreme_vertices(&region, CONTACT_POINTS_MAX);
+    let points = kept.into_iter().filter_map(|index| contact_point(region[index])).collect();
+    SoleSupport { limb, area, deepest, points }
 }
 
 /// The part of the sole that holds both where the foot touches all that is near and where it misses

@@ -42,23 +42,24 @@ impl Foothold {
         }
     }
 
-    /// A foothold of a robot with this support polygon (sole frame, m), within the ankle limits.
+    /// A foothold of a robot where this part of the declared sole (sole frame, m) is supported, as
+    /// far as the foot touches it and within the ankle limits.
     pub fn of(
         robot: &Mechanism,
         limb: usize,
         world_from_sole: Pose,
         support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
     ) -> Self {
-        let region = ConvexRegion::seen_from_above(
-            &world_from_sole,
-            &robot.soles[limb].ankle_limits.clip(&support),
-        );
+        let sole = &robot.soles[limb];
+        let support = sole.touched(support);
+        let region =
+            ConvexRegion::seen_from_above(&world_from_sole, &sole.ankle_limits.clip(&support));
         Self { limb, world_from_sole, support, region, crouch: Crouch::UPRIGHT }
     }
 
     /// A foothold of a robot with the whole sole supported.
     pub fn whole(robot: &Mechanism, limb: usize, world_from_sole: Pose) -> Self {
-        let support = robot.soles[limb].polygon.iter().copied().collect();
+        let support = robot.soles[limb].flat_part.iter().copied().collect();
         Self::of(robot, limb, world_from_sole, support)
     }
 
@@ -83,11 +84,11 @@ pub struct FootPlacement {
 /// Placements of the left and the right foot.
 pub type FootPair = [FootPlacement; 2];
 
-/// Whether a support polygon (sole frame, m) reaches every corner of the sole.
+/// Whether a support polygon (sole frame, m) reaches every corner of the sole's flat part.
 pub fn is_whole(robot: &Mechanism, limb: usize, support: &[DVec2]) -> bool {
     let support = ConvexRegion::hull(support.iter().copied());
-    let polygon = &robot.soles[limb].polygon;
-    polygon.iter().all(|&corner| support.margin(corner) >= -UNSUPPORTED_RIM_MAX)
+    let flat_part = &robot.soles[limb].flat_part;
+    flat_part.iter().all(|&corner| support.margin(corner) >= -UNSUPPORTED_RIM_MAX)
 }
 
 /// Widest unsupported rim of a sole that counts as whole, m.

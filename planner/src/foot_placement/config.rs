@@ -8,7 +8,7 @@ use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::tuning::{
     AREA_SHARE_MIN, CHECKED_AREA_FACTOR, CHECKED_DISTANCE_FACTOR, EDGE_DISTANCE_SHARE_MIN,
-    NEAR_TARGETS_MAX, NEIGHBORS_MAX,
+    FOOT_SHIFT_MAX, NEAR_TARGETS_MAX, NEIGHBORS_MAX,
 };
 use crate::geometry::polygon::{area_and_centroid, inner_distance};
 
@@ -37,6 +37,11 @@ pub struct FootPlacementConfig {
     /// Height of the centre of mass over the sole, m: a robot whose foot tilts moves it by as much
     /// times the tilt.
     pub centre_height: f64,
+    /// Distance by which a foot may land beside its place, m: it finds an inclined face lower.
+    pub foot_shift: f64,
+    /// Whether the support is only what such a foot holds, as a checker finds it that samples the
+    /// ground: away from the edges of the ground and from the ends of a curved surface's line.
+    pub is_secured: bool,
     /// Largest angle between the normals of features that belong to one plane, rad.
     pub plane_tilt_max: f64,
     /// Angle by which a supporting surface stays inside the friction cone, rad.
@@ -109,6 +114,8 @@ impl Default for FootPlacementConfig {
             contact_width_min: 0.011,
             normal_tilt_max: CONTACT_TILT_MAX,
             centre_height: 0.9,
+            foot_shift: 2.5e-3,
+            is_secured: false,
             plane_tilt_max: degree,
             friction_margin: degree,
             plate_height: 0.02,
@@ -159,10 +166,15 @@ impl FootPlacementConfig {
             edge_distance_min =
                 edge_distance_min.min(EDGE_DISTANCE_SHARE_MIN * inner_distance(sole, centroid));
         }
+        let corners = soles.iter().flatten();
+        let reach = corners.map(|corner| corner.length()).fold(0.0, f64::max);
         let least = LeastSupport::of(checked, reserve);
         Self {
             support_area_min: area_min.max(required.min(least.area)),
             centroid_edge_distance_min: edge_distance_min.max(least.centroid_edge_distance),
+            foot_shift: (checked.foot_position_max + checked.foot_rotation_max * reach)
+                .min(FOOT_SHIFT_MAX),
+            is_secured: true,
             ..standard
         }
     }
@@ -187,6 +199,7 @@ impl FootPlacementConfig {
             ("contact_width_min", self.contact_width_min, 0.0, 0.05),
             ("normal_tilt_max", self.normal_tilt_max, 1e-6, 0.1),
             ("centre_height", self.centre_height, 0.0, 10.0),
+            ("foot_shift", self.foot_shift, 0.0, FOOT_SHIFT_MAX),
             ("plane_tilt_max", self.plane_tilt_max, 1e-6, 0.1),
             ("friction_margin", self.friction_margin, 0.0, 0.5),
             ("plate_height", self.plate_height, 2.0 * self.plane_distance_max, 0.2),

@@ -36,6 +36,9 @@ pub(crate) struct Contacts {
     pub spare: Vec<DVec2>,
     /// The ground at and near these points, in the sole frame, m.
     pub ground: Bounded<GroundPoint>,
+    /// Whether some contact belongs to a mesh or a curved surface: where the ground ends there only
+    /// the whole support shows.
+    pub has_open_edges: bool,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
     /// world.
     pub intrusion: Option<DVec3>,
@@ -73,6 +76,7 @@ impl Scratch {
                 hull: Vec::with_capacity(config.contact_points_max + 8),
                 spare: Vec::with_capacity(config.contact_points_max + 8),
                 ground: Bounded::new(config.ground_points_max),
+                has_open_edges: false,
                 intrusion: None,
             },
             features: Bounded::new(GATHERING_FACTOR * config.features_max),

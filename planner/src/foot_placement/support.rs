@@ -9,12 +9,13 @@ use crate::foot_placement::posed_sole::{PosedSole, SupportRequirement, is_sole};
 use crate::foot_placement::scratch::{Contacts, Scratch};
 use crate::foot_placement::sole_support::{NoSupport, Support};
 use crate::foot_placement::surfaces::Surfaces;
+use crate::foot_placement::tuning::SAMPLE_SPACING;
 use crate::geometry::bvh;
 use crate::geometry::polygon::{
-    area_and_centroid, clip, clip_to_sides, convex_hull, distance_to, inner_distance, simplify,
-    width,
+    ClipBuffer, HalfPlane, area_and_centroid, clip, clip_to_sides, convex_hull, distance_to,
+    inner_distance, simplify, width,
 };
-use crate::geometry::resting_foot::{GroundPoint, clip_to_held};
+use crate::geometry::resting_foot::{GroundPoint, clip_to_held, keep_from_ground_edges};
 
 /// Depth inside the outline from which a surface counts as standing in it, m. A surface that only
 /// touches the outline does not.
@@ -22,8 +23,6 @@ const OUTLINE_INSET: f64 = 1e-4;
 /// Depth below the sole plane from which a surface that faces down does not cover the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
-/// Distance of a foot from its planned place against which its support is secured, m.
-const FOOT_SHIFT_MAX: f64 = 2.5e-3;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
@@ -93,7 +92,7 @@ impl Surfaces {
         if scratch.contacts.points.is_empty() {
             return Err(NoSupport::NothingBelow);
         }
-        self.evaluate_contacts(scratch, requirement.area_min)
+        self.evaluate_contacts(scratch, sole.outline, requirement.area_min)
     }
 
     /// Collects contact points and the highest obstacle. With `any_intrusion` it ends at the first
@@ -106,6 +105,7 @@ impl Surfaces {
     ) -> Result<Findings, NoSupport> {
         scratch.contacts.points.clear();
         scratch.contacts.ground.clear();
+        scratch.contacts.has_open_edges = false;
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
         let (region, plate) =
@@ -176,10 +176,29 @@ impl Surfaces {
             if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
                 return;
             }
-            scratch.contacts.add_all(&scratch.clip.polygon);
             // A foot that lands beside its place finds an inclined face lower.
             let incline = (1.0 - alignment * alignment).max(0.0).sqrt() / alignment;
-            scratch.contacts.add_ground(&scratch.clip.polygon, FOOT_SHIFT_MAX * incline);
+            scratch.contacts.add_ground(&buffer.polygon, self.config.foot_shift * incline);
+            if self.config.is_secured && !face.of_mesh {
+                self.keep_from_edges(buffer, sole, vertices);
+            }
+            scratch.contacts.has_open_edges |= face.of_mesh;
+            scratch.contacts.add_all(&scratch.clip.polygon);
+        }
+    }
+
+    /// How far a secured support stays inside the edges of the ground, m.
+    fn edge_inset(&self) -> f64 {
+        self.config.foot_shift + SAMPLE_SPACING
+    }
+
+    /// Clips a polygon to the part far enough inside the edges of a face.
+    fn keep_from_edges(&self, buffer: &mut ClipBuffer, sole: &PosedSole, vertices: &[DVec3]) {
+        let corner = |index: usize| sole.in_sole(vertices[index % vertices.len()]).truncate();
+        for index in 0..vertices.len() {
+            let inside = HalfPlane::left_of(corner(index), corner(index + 1));
+            let depth = |point: DVec3| inside.depth(point.truncate()) - self.edge_inset();
+            clip(&mut buffer.polygon, &mut buffer.spare, depth);
         }
     }
 
@@ -220,8 +239,34 @@ impl Surfaces {
         clip_to_sides(buffer, &sole.sides, 0.0);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
+        scratch.contacts.add_ground(&buffer.polygon, 0.0);
+        if self.config.is_secured {
+            self.shorten(&mut buffer.polygon, (b - a).normalize_or_zero(), curved.radius);
+        }
+        scratch.contacts.has_open_edges |= !buffer.polygon.is_empty();
         scratch.contacts.add_all(&scratch.clip.polygon);
-        scratch.contacts.add_ground(&scratch.clip.polygon, 0.0);
+    }
+
+    /// Shortens the line on which a sole touches a curved surface, at both ends. `along` is its
+    /// direction. Nothing is left of a line that is too short.
+    ///
+    /// Between samples, a foot that lands beside the line finds it lower by `drop`. It stands on
+    /// the end of the line with a tilt of `drop / l`, which costs as much as the way `l` back from
+    /// there where `l` is the root of the height of the centre of mass times `drop`.
+    fn shorten(&self, line: &mut Vec<DVec3>, along: DVec3, radius: f64) {
+        let ends = line.iter().map(|point| along.dot(*point));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
+            (low.min(at), high.max(at))
+        });
+        let drop = self.config.foot_shift * 0.5 * SAMPLE_SPACING / radius;
+        // The whole support keeps from the line's ends by as much as from edges.
+        let loss = (libm::sqrt(self.config.centre_height * drop) - self.edge_inset()).max(0.0);
+        let first = line.first().copied().filter(|_| high - low > 2.0 * loss);
+        line.clear();
+        if let Some(first) = first {
+            let at = |place: f64| first + along * (place - along.dot(first));
+            line.extend([at(low + loss), at(high - loss)]);
+        }
     }
 
     /// The highest point of a capsule or ball with the axis `a b` (sole frame) within the plate
@@ -257,9 +302,10 @@ impl Surfaces {
     fn evaluate_contacts(
         &self,
         scratch: &mut Scratch,
+        outline: &[DVec2],
         area_min: f64,
     ) -> Result<Support, NoSupport> {
-        let Contacts { points, hull, spare, ground, .. } = &mut scratch.contacts;
+        let Contacts { points, hull, spare, ground, has_open_edges, .. } = &mut scratch.contacts;
         if ground.is_full() {
             return Err(NoSupport::TooManyElements);
         }
@@ -267,6 +313,9 @@ impl Surfaces {
         simplify(hull, POLYGON_VERTICES_MAX);
         clip_to_held(hull, spare, ground, self.config.centre_height);
         simplify(hull, POLYGON_VERTICES_MAX);
+        if self.config.is_secured && *has_open_edges {
+            keep_from_ground_edges(hull, spare, outline, self.edge_inset());
+        }
         let (area, centroid) = area_and_centroid(hull);
         if area < area_min {
             return Err(NoSupport::AreaTooSmall);

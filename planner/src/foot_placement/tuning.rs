@@ -19,6 +19,12 @@ pub(crate) const CHECKED_AREA_FACTOR: f64 = 1.2;
 /// from its edge.
 pub(crate) const CHECKED_DISTANCE_FACTOR: f64 = 1.25;
 
+/// The largest `foot_shift`, m: checkers that allow more are met with smaller supports than theirs.
+pub(crate) const FOOT_SHIFT_MAX: f64 = 0.02;
+/// Spacing of the samples by which a checker may measure the ground under a sole, m: it finds an
+/// edge up to as far inside.
+pub(crate) const SAMPLE_SPACING: f64 = 1e-3;
+
 // Compiling a world.
 
 /// Largest depth of a cylinder's flat sides inside the cylinder, m.

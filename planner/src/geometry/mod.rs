@@ -10,6 +10,7 @@ pub(crate) mod polygon;
 pub(crate) mod resting_foot;
 pub mod shape_error;
 pub mod solid;
+pub(crate) mod tessellation;
 pub(crate) mod triangle_mesh;
 mod tuning;
 pub(crate) mod voxel_grid;

@@ -86,6 +86,27 @@ impl HalfPlane {
     }
 }
 
+/// The part of a convex polygon in a half plane. A corner that finds no memory is left out.
+pub(crate) fn clipped_to<const N: usize>(
+    polygon: &heapless::Vec<DVec2, N>,
+    half_plane: &HalfPlane,
+) -> heapless::Vec<DVec2, N> {
+    let mut kept = heapless::Vec::new();
+    let mut before = polygon.last().copied();
+    for point in polygon {
+        let a = before.as_ref().map_or(0.0, |before| half_plane.depth(*before));
+        let b = half_plane.depth(*point);
+        if let Some(before) = before.filter(|_| (a < 0.0) != (b < 0.0)) {
+            let _ = kept.push(before.lerp(*point, a / (a - b)));
+        }
+        if b >= 0.0 {
+            let _ = kept.push(*point);
+        }
+        before = Some(*point);
+    }
+    kept
+}
+
 /// The half planes whose intersection is a convex polygon.
 pub(crate) type Sides = heapless::Vec<HalfPlane, POLYGON_VERTICES_MAX>;
 

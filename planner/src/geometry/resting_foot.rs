@@ -21,6 +21,9 @@ const LEVEL_MAX: f64 = 1e-7;
 /// Points nearer to each other along a direction are one, m.
 const ADVANCE_MIN: f64 = 1e-6;
 
+/// Distance (m) from the outline of a sole up to which a side of its support lies on it.
+const ON_OUTLINE_MAX: f64 = 1e-4;
+
 /// A point of the ground under a sole, in the sole frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GroundPoint {
@@ -74,8 +77,27 @@ pub(crate) fn clip_to_held(
     }
 }
 
+/// Keeps the part of a support (counter-clockwise, sole frame) that is `inset` (m) inside the edges
+/// of the ground: the sides beyond which the sole `outline` extends. `spare` is a buffer.
+pub(crate) fn keep_from_ground_edges(
+    hull: &mut Vec<DVec2>,
+    spare: &mut Vec<DVec2>,
+    outline: &[DVec2],
+    inset: f64,
+) {
+    let extends_beyond = |(normal, offset): &(DVec2, f64)| {
+        outline.iter().any(|corner| normal.dot(*corner) > offset + ON_OUTLINE_MAX)
+    };
+    let edges: heapless::Vec<(DVec2, f64), DIRECTIONS_MAX> =
+        outward_sides(hull).filter(extends_beyond).take(DIRECTIONS_MAX).collect();
+    for (normal, offset) in edges {
+        clip_beyond(hull, spare, normal, offset - inset);
+    }
+}
+
 /// Moves the distinct places of the points to the front and returns their number. A corner of
-/// several faces carries if one of them does: a foot touches a peak from its gentlest side.
+/// several faces carries if one of them does: a foot touches a peak from its gentlest side. A foot
+/// that lands beside it may land on the steepest of those that carry.
 fn join(ground: &mut [GroundPoint]) -> usize {
     let by_place = |a: &GroundPoint, b: &GroundPoint| {
         let axes = [0, 1, 2].map(|axis| a.at[axis].total_cmp(&b.at[axis]));
@@ -88,6 +110,8 @@ fn join(ground: &mut [GroundPoint]) -> usize {
         if count == 0 || ground[count - 1].at != ground[index].at {
             ground[count] = ground[index];
             count += 1;
+        } else {
+            ground[count - 1].drop = ground[count - 1].drop.max(ground[index].drop);
         }
     }
     count
@@ -206,6 +230,33 @@ mod tests {
         assert!((low + wanted).abs() < 1e-12 && (high - wanted).abs() < 1e-12, "{low} {high}");
         ground.iter_mut().filter(|at| at.at.x == 0.0).for_each(|rib| rib.is_carrying = false);
         assert_eq!(held(&ground), [f64::INFINITY, f64::NEG_INFINITY]);
+    }
+
+    #[test]
+    fn a_support_keeps_from_the_edges_of_the_ground_and_not_from_those_of_the_sole() {
+        let outline = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from);
+        let kept = |support: &[DVec2]| {
+            let mut hull = support.to_vec();
+            keep_from_ground_edges(&mut hull, &mut Vec::new(), &outline, 4e-3);
+            hull
+        };
+        assert_eq!(kept(&outline), outline);
+        let half =
+            kept(&[(-0.1, -0.05), (0.02, -0.05), (0.02, 0.05), (-0.1, 0.05)].map(DVec2::from));
+        let last = half.iter().map(|corner| corner.x).fold(f64::NEG_INFINITY, f64::max);
+        assert_eq!(half.len(), 4);
+        assert!((last - 0.016).abs() < 1e-12, "{last}");
+        let strip = [(-3e-3, -0.05), (3e-3, -0.05), (3e-3, 0.05), (-3e-3, 0.05)].map(DVec2::from);
+        assert!(kept(&strip).is_empty());
+    }
+
+    #[test]
+    fn a_corner_of_several_faces_lies_as_low_as_beside_the_steepest() {
+        let level = rows(&[(-0.1, 0.0), (0.1, 0.0)]);
+        let lower = |drop: f64| move |point: &GroundPoint| GroundPoint { drop, ..*point };
+        let beside = level.iter().filter(|point| point.at.x > 0.0).map(lower(5e-4));
+        let [_, high] = held(&level.iter().copied().chain(beside).collect::<Vec<_>>());
+        assert!((high - (0.1 - HEIGHT * 2.5e-3)).abs() < 1e-12, "{high}");
     }
 
     #[test]

@@ -43,7 +43,7 @@ pub fn transition_prior(
 /// Whether a foothold supports less than [`SUPPORT_SHARE_MIN`] of the sole.
 fn has_partial_support(constraints: &Constraints, foothold: &Foothold) -> bool {
     let [supported, whole] =
-        [&foothold.support[..], &constraints.robot.soles[foothold.limb].polygon]
+        [&foothold.support[..], &constraints.robot.soles[foothold.limb].flat_part]
             .map(|outline| area_and_centroid(outline).0);
     supported < SUPPORT_SHARE_MIN * whole
 }

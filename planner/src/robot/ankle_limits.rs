@@ -10,7 +10,7 @@ use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::robot::model::JointKind;
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::geometry::polygon::{HalfPlane, area_and_centroid};
+use crate::geometry::polygon::{HalfPlane, area_and_centroid, clipped_to};
 use crate::kinematics::leg::Leg;
 use crate::robot::mass_tree::MassTree;
 use crate::robot::tuning::{ANKLE_JOINTS, ANKLE_REGION_SHARE_MIN};
@@ -58,28 +58,11 @@ impl AnkleLimits {
         let clipped = self
             .half_planes
             .iter()
-            .fold(whole.clone(), |clipped, half_plane| clip(&clipped, half_plane));
+            .fold(whole.clone(), |clipped, half_plane| clipped_to(&clipped, half_plane));
         if area_and_centroid(&clipped).0 < ANKLE_REGION_SHARE_MIN * area_and_centroid(&whole).0 {
             whole
         } else {
             clipped
         }
     }
-}
-
-fn clip(polygon: &Clipped, half_plane: &HalfPlane) -> Clipped {
-    let mut kept = Clipped::new();
-    let mut before = polygon.last().copied();
-    for point in polygon {
-        let a = before.as_ref().map_or(0.0, |before| half_plane.depth(*before));
-        let b = half_plane.depth(*point);
-        if let Some(before) = before.filter(|_| (a < 0.0) != (b < 0.0)) {
-            let _ = kept.push(before.lerp(*point, a / (a - b)));
-        }
-        if b >= 0.0 {
-            let _ = kept.push(*point);
-        }
-        before = Some(*point);
-    }
-    kept
 }

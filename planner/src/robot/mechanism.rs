@@ -102,8 +102,8 @@ impl Mechanism {
         Ok(Self {
             spheres: body_spheres(model, &tree),
             soles: [
-                Sole::new(left, ankle_limits(&legs[0])),
-                Sole::new(right, ankle_limits(&legs[1])),
+                Sole::new(model, left, ankle_limits(&legs[0])),
+                Sole::new(model, right, ankle_limits(&legs[1])),
             ],
             standing_com,
             centre_height,

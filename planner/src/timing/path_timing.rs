@@ -227,9 +227,10 @@ impl PathTiming {
         self.profile.speeds[..end].copy_from_slice(&self.profile.accepted);
         self.timed.nodes[end].rests = true;
         self.timed.nodes[end..].iter_mut().for_each(|node| node.factor = 1.0);
-        self.profile.fixed = end;
         self.profile.speeds[end] = 0.0;
-        self.timed.law.rebuild(end.saturating_sub(1), &self.timed.nodes, &self.profile.speeds);
+        let first = self.profile.fixed.saturating_sub(1);
+        self.timed.law.rebuild(first, &self.timed.nodes, &self.profile.speeds);
+        self.profile.fixed = end;
         self.stats.rests += 1;
         true
     }

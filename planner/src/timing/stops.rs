@@ -15,8 +15,8 @@ use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
 use crate::timing::tuning::{
-    RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX, RATES_SHARE_MAX,
-    REST_PLACES, SLOWER_BEFORE_STOP,
+    INTERVAL_MAX, RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX,
+    RATES_SHARE_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
 };
 use crate::timing::zero_moment::ContactGround;
 
@@ -167,21 +167,23 @@ fn resume_duration(motion: &TimedMotion<'_>, time: f64) -> Option<f64> {
 
 /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than they
 /// allow, or, within their distance to the limits, than the motion at full speed takes; and whether
-/// the zero-moment point keeps the controller's margin.
+/// the zero-moment point keeps the controller's margin, twice between any two waypoints: the
+/// acceleration of a motion may change within that time.
 fn ramp_holds(motion: &TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
     let timed = motion.timed;
-    let samples = || {
-        (0..=RAMP_SAMPLES).map(|sample| {
-            let at = ramp.at(ramp.seconds() * sample as f64 / RAMP_SAMPLES as f64);
+    let samples = |count: usize| {
+        (0..=count).map(move |sample| {
+            let at = ramp.at(ramp.seconds() * sample as f64 / count as f64);
             ((begin + at.elapsed).min(timed.law.end()), at)
         })
     };
-    let has_rates = samples().all(|(time, at)| {
+    let has_rates = samples(RAMP_SAMPLES).all(|(time, at)| {
         let share = timed.share_at(time, at.rate, at.rate_change);
         share <= RAMP_SHARE_MAX
             || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
     });
-    has_rates && samples().all(|(time, at)| motion.is_upright(time, &at))
+    let fine = RAMP_SAMPLES.max(2 * libm::ceil(ramp.seconds() / INTERVAL_MAX) as usize);
+    has_rates && samples(fine).all(|(time, at)| motion.is_upright(time, &at))
 }
 
 /// The motion of a path within the robot's limits.

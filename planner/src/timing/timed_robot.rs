@@ -8,7 +8,6 @@ use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limits::{Level, TimingLimits};
@@ -16,10 +15,10 @@ use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::{Support, supported_part};
+use crate::timing::support::Support;
 use crate::timing::tuning::{
     COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX,
-    TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE, WHOLE_SUPPORT,
+    TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
 use crate::timing::zero_moment::ContactGround;
 
@@ -31,8 +30,6 @@ pub struct TimedRobot {
     chains: Chains,
     /// Node of each foot, and its sole in that node's frame.
     soles: [(usize, Pose); 2],
-    /// Area of each sole, m2.
-    sole_areas: [f64; 2],
     joints_len: usize,
     mass: f64,
 }
@@ -60,7 +57,6 @@ impl TimedRobot {
         Self {
             chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
             soles: feet.map(sole),
-            sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
             limits,
@@ -111,14 +107,7 @@ impl TimedRobot {
 
     /// The ground under the contacts of a span.
     pub(super) fn contact_ground(&self, span: &PathSpan) -> ContactGround {
-        let is_whole = span.contacts.iter().all(|contact| self.is_whole(contact));
-        ContactGround::new(&span.contacts, is_whole, self.limits.zero_moment_margin)
-    }
-
-    /// Whether a sole is supported wholly.
-    fn is_whole(&self, contact: &Contact) -> bool {
-        area_and_centroid(&supported_part(contact)).0
-            >= WHOLE_SUPPORT * self.sole_areas[contact.limb as usize]
+        ContactGround::new(&span.contacts, self.limits.zero_moment_margin)
     }
 
     fn problem<'a>(

@@ -12,12 +12,8 @@ pub(crate) const CHECKED_EFFORT_PART: f64 = 0.998;
 /// Distance (m) beyond the controller's margin by which the zero-moment point stays inside. The
 /// controller's support may be smaller than the planner's.
 pub(crate) const ZERO_MOMENT_RESERVE: f64 = 4e-3;
-/// The same where a sole is supported in part, m.
-pub(crate) const ZERO_MOMENT_RESERVE_PARTIAL: f64 = 20e-3;
 /// The most of it as a share of the distance of the region's centroid to its edge.
 pub(crate) const ZERO_MOMENT_DEPTH_SHARE: f64 = 0.2;
-/// The part of the area of a sole below which it is supported in part.
-pub(crate) const WHOLE_SUPPORT: f64 = 0.97;
 /// The share of that distance that is kept where a configuration cannot stand otherwise.
 pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.5;
 /// Distance (m) by which a motion may move the zero-moment point of any configuration: it is so

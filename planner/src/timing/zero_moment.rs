@@ -13,8 +13,7 @@ use crate::timing::limits::Level;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::tuning::{
-    ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_RESERVE,
-    ZERO_MOMENT_RESERVE_PARTIAL, ZERO_MOMENT_SHIFT_MIN,
+    ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_RESERVE, ZERO_MOMENT_SHIFT_MIN,
 };
 
 /// The ground under the contacts of a span, and how far inside the zero-moment point stays.
@@ -36,13 +35,11 @@ pub(crate) struct ZeroMomentRegion<'a> {
 }
 
 impl ContactGround {
-    /// The ground under these contacts. `is_whole` says whether all soles are supported wholly,
-    /// `checked` is the margin (m) that the controller demands.
-    pub fn new(contacts: &[Contact], is_whole: bool, checked: f64) -> Self {
-        let reserve = if is_whole { ZERO_MOMENT_RESERVE } else { ZERO_MOMENT_RESERVE_PARTIAL };
+    /// The ground under these contacts. `checked` is the margin (m) that the controller demands.
+    pub fn new(contacts: &[Contact], checked: f64) -> Self {
         let ground = Ground::under(contacts);
         let depth = ground.region.margin(ground.region.centroid()).max(0.0);
-        Self { ground, checked, reserve: reserve.min(ZERO_MOMENT_DEPTH_SHARE * depth) }
+        Self { ground, checked, reserve: ZERO_MOMENT_RESERVE.min(ZERO_MOMENT_DEPTH_SHARE * depth) }
     }
 
     /// The region of a level, `extra` (m) further inside.

@@ -18,12 +18,12 @@ class Stance:
     z: float
     yaw: float = 0.0
     """Heading in the world, rad."""
-    width: float = 0.2
-    """Lateral distance between both sole frames, m."""
+    width: float | None = None
+    """Lateral distance between both sole frames, m; without one, that of the robot as it stands."""
 
-    def _numbers(self) -> tuple[float, float, float, float, float]:
-        x, y, z, yaw, width = map(float, (self.x, self.y, self.z, self.yaw, self.width))
-        return (x, y, z, yaw, width)
+    def _numbers(self) -> tuple[float, float, float, float, float | None]:
+        x, y, z, yaw = map(float, (self.x, self.y, self.z, self.yaw))
+        return (x, y, z, yaw, None if self.width is None else float(self.width))
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Goal(Stance):
     yaw_tolerance: float = 0.35
     """How far each sole's heading may be off, rad."""
 
-    def _all_numbers(self) -> tuple[float, float, float, float, float, float, float]:
+    def _all_numbers(self) -> tuple[float, float, float, float, float | None, float, float]:
         return (*self._numbers(), float(self.position_tolerance), float(self.yaw_tolerance))
 
 

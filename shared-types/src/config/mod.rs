@@ -4,7 +4,6 @@
 pub mod builder;
 pub(crate) mod content_digest;
 pub mod execution;
-pub mod load;
 pub mod parameter;
 pub mod parameter_lines;
 pub mod parameters;

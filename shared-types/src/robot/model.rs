@@ -161,6 +161,16 @@ impl RobotModel {
         self.links.iter().map(|link| link.mass).sum()
     }
 
+    /// The lateral distance between the sole frames in the standing posture, m; 0 without two feet.
+    pub fn stance_width(&self) -> f64 {
+        let root_from_links = self.root_from_links(&self.standing_q);
+        let sole = |foot: &Foot| root_from_links[foot.link] * foot.link_from_sole;
+        match &self.feet[..] {
+            [left, right] => (sole(left).translation - sole(right).translation).truncate().length(),
+            _ => 0.0,
+        }
+    }
+
     /// How deep the robot file allows two links, by name, to overlap (m).
     pub fn allowed_overlap(&self, links: [&str; 2]) -> Option<f64> {
         let is_meant = |allowed: &&AllowedOverlap| {

@@ -10,6 +10,7 @@ use crate::commands::bench::ipc;
 use crate::commands::bench::late;
 use crate::commands::bench::lower_bound;
 use crate::commands::bench::methods::{methods_bench, rho_bench, theory_bench};
+use crate::commands::bench::mutations::mutations_bench;
 use crate::commands::bench::replan::replan_bench;
 use crate::commands::bench::scale::scale_bench;
 use crate::commands::bench::soak::soak_bench;
@@ -38,6 +39,7 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
         BenchCommand::Holes(arguments) => holes::run(arguments),
         BenchCommand::Impossible(arguments) => impossible::run(arguments),
         BenchCommand::Late(arguments) => late::run(arguments),
+        BenchCommand::Mutations(arguments) => mutations_bench::run(arguments),
         BenchCommand::Methods(arguments) => methods_bench::run(arguments),
         BenchCommand::Rho(arguments) => rho_bench::run(arguments),
         BenchCommand::Theory(arguments) => theory_bench::run(arguments),

@@ -11,6 +11,7 @@ pub mod late;
 pub mod lower_bound;
 pub mod machine;
 pub mod methods;
+pub mod mutations;
 pub mod pieces;
 pub mod print_report;
 pub mod replan;

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use surefoot_controller_sim::geometry::polygon::area;
 use surefoot_shared_types::robot::model::{Joint, JointKind, RobotModel};
 
-use crate::input::stance_measures::{stance_width, standing_height};
+use crate::input::stance_measures::standing_height;
 
 /// Pairs on one line of the text.
 const PAIRS_PER_LINE: usize = 3;
@@ -17,7 +17,7 @@ pub(crate) fn text(model: &RobotModel, allowed: &[[String; 2]]) -> String {
             "  root      '{}', {:.3} m above the soles, which are {:.3} m apart; {:.2} kg in all",
             model.links[0].name,
             standing_height(model),
-            stance_width(model),
+            model.stance_width(),
             model.mass()
         ),
     ];
@@ -113,7 +113,7 @@ pub(crate) fn json(model: &RobotModel, allowed: &[[String; 2]]) -> String {
         "root": model.links[0].name,
         "mass": model.mass(),
         "standing_height": standing_height(model),
-        "stance_width": stance_width(model),
+        "stance_width": model.stance_width(),
         "joints": model.joints.iter().enumerate().map(joint).collect::<Vec<Value>>(),
         "feet": feet.collect::<Vec<Value>>(),
         "locked": locked.collect::<Vec<Value>>(),

@@ -14,7 +14,6 @@ use surefoot_shared_types::{Pose, Shape};
 
 use crate::commands::search_loop;
 use crate::input::preparation_cache;
-use crate::input::stance_measures::stance_width;
 use crate::report::command_error::CommandError;
 use crate::report::event::{PlanResult, Planned};
 use crate::system::cores;
@@ -44,7 +43,7 @@ pub(crate) struct Trial {
 /// # Errors
 /// The planner cannot use the robot, or a signal comes.
 pub(crate) fn run(model: &RobotModel, quiet: bool) -> Result<Trial, CommandError> {
-    let (scenario, world) = (scenario(stance_width(model))?, level_ground());
+    let (scenario, world) = (scenario(model.stance_width())?, level_ground());
     let preparation = preparation_cache::obtain(model, &scenario.planner, quiet)?.preparation;
     let threads = NonZeroUsize::new(cores::default_threads()).unwrap_or(NonZeroUsize::MIN);
     let mut planner =

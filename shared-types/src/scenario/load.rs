@@ -14,6 +14,7 @@ use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
 use crate::config::scenario_source::ScenarioSource;
 use crate::config::validation::check_relations;
+use crate::robot::load::load_robot;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -35,8 +36,7 @@ struct RawStart {
     xyz: [f64; 3],
     #[serde(default)]
     yaw: f64,
-    #[serde(default = "default_stance_width")]
-    stance_width: f64,
+    stance_width: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -45,8 +45,7 @@ struct RawGoal {
     xyz: [f64; 3],
     #[serde(default)]
     yaw: f64,
-    #[serde(default = "default_stance_width")]
-    stance_width: f64,
+    stance_width: Option<f64>,
     #[serde(default = "default_position_tolerance")]
     position_tolerance: f64,
     #[serde(default = "default_yaw_tolerance")]
@@ -58,12 +57,13 @@ struct RawGoal {
 /// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and
 /// `[goal]` (`xyz` in m, `yaw` in rad, `stance_width` in m; the goal also `position_tolerance` in m
 /// and `yaw_tolerance` in rad), and optionally `[planner]` ([`PlannerConfig`]), `[checker]`
-/// ([`CheckerConfig`]) and `[execution]` ([`ExecutionConfig`]). The files of the robot and the
-/// world are not opened.
+/// ([`CheckerConfig`]) and `[execution]` ([`ExecutionConfig`]). Where a `stance_width` is missing,
+/// the robot's file is read: it is the distance at which the robot stands. The world's file is not
+/// opened.
 ///
 /// # Errors
 /// The file cannot be read, a number is out of range, or a margin of the planner is not strictly
-/// stronger than the checker's tolerance.
+/// stronger than the checker's tolerance. Those of [`load_robot`] where a width is missing.
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     scenario_of(&ScenarioSource::read(path)?)
 }
@@ -76,14 +76,16 @@ pub fn scenario_of(source: &ScenarioSource) -> Result<Scenario, InputError> {
     let ScenarioSource { file: source, folder, .. } = source;
     let path = &source.path;
     let raw: RawScenario = source.parse_toml(FileKind::Scenario)?;
-    let start = start_stance(&raw.start, source)?;
-    let goal = goal_stance(&raw.goal, source)?;
+    let robot_path = folder.join(&raw.robot);
+    let width = width_by_default(&raw, &robot_path)?;
+    let start = start_stance(&raw.start, width, source)?;
+    let goal = goal_stance(&raw.goal, width, source)?;
     let (planner, checker, execution) = configs(raw.planner, raw.checker, raw.execution, source)?;
     let raw_goal = raw.goal.into_inner();
     let scenario = Scenario {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),
-        robot_path: folder.join(raw.robot),
+        robot_path,
         world_path: folder.join(raw.world),
         start,
         goal,
@@ -100,16 +102,32 @@ pub fn scenario_of(source: &ScenarioSource) -> Result<Scenario, InputError> {
     Ok(scenario.with_seed(raw.seed))
 }
 
-fn start_stance(start: &Spanned<RawStart>, source: &TextFile) -> Result<StancePose, InputError> {
+/// The distance (m) between the soles where a stance names none: that of the robot as it stands.
+fn width_by_default(raw: &RawScenario, robot_path: &Path) -> Result<f64, InputError> {
+    match [raw.start.get_ref().stance_width, raw.goal.get_ref().stance_width] {
+        [Some(_), Some(_)] => Ok(0.0),
+        _ => Ok(load_robot(robot_path)?.stance_width()),
+    }
+}
+
+fn start_stance(
+    start: &Spanned<RawStart>,
+    width: f64,
+    source: &TextFile,
+) -> Result<StancePose, InputError> {
     let RawStart { xyz, yaw, stance_width } = *start.get_ref();
-    stance_pose(xyz, yaw, stance_width)
+    stance_pose(xyz, yaw, stance_width.unwrap_or(width))
         .map_err(|message| source.location(start.span().start).error("[start]", message))
 }
 
-fn goal_stance(goal: &Spanned<RawGoal>, source: &TextFile) -> Result<StancePose, InputError> {
+fn goal_stance(
+    goal: &Spanned<RawGoal>,
+    width: f64,
+    source: &TextFile,
+) -> Result<StancePose, InputError> {
     let RawGoal { xyz, yaw, stance_width, position_tolerance, yaw_tolerance } = *goal.get_ref();
     let stance = || {
-        let stance = stance_pose(xyz, yaw, stance_width)?;
+        let stance = stance_pose(xyz, yaw, stance_width.unwrap_or(width))?;
         check_positive("position_tolerance", &[position_tolerance])?;
         check_positive("yaw_tolerance", &[yaw_tolerance])?;
         Ok(stance)
@@ -152,10 +170,6 @@ fn stance_pose(xyz: [f64; 3], yaw: f64, stance_width: f64) -> Result<StancePose,
 
 fn default_seed() -> u64 {
     1
-}
-
-fn default_stance_width() -> f64 {
-    0.2
 }
 
 fn default_position_tolerance() -> f64 {
