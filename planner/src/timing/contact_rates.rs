@@ -10,6 +10,7 @@ use surefoot_shared_types::world::world::GRAVITY;
 use crate::timing::linear_program::{LinearProgram, NoOptimum};
 use crate::timing::path_dynamics::{Affine, Chains, PathDynamics};
 use crate::timing::rate_set::RateSet;
+use crate::timing::single_contact;
 use crate::timing::support::Support;
 use crate::timing::tuning::{
     BORDER_TOLERANCE, DIRECTIONS_MAX, MOMENT_ARM, TORQUE_ROUNDS_MAX, TORQUE_TOLERANCE,
@@ -97,6 +98,20 @@ impl ContactRates {
 
     /// Whether contact forces exist at a rate.
     pub(crate) fn admits(&mut self, problem: &ContactProblem<'_>, rate: DVec2) -> bool {
+        if let [foot] = problem.support.feet.as_slice() {
+            let wrench: [f64; 6] = std::array::from_fn(|coordinate| {
+                problem.dynamics.wrench(coordinate, foot.center).at(rate)
+            });
+            let [force, moment] = [0, 3].map(|first| DVec3::from_slice(&wrench[first..]));
+            if single_contact::holds(foot, force, moment) {
+                return true;
+            }
+        }
+        self.has_forces(problem, rate)
+    }
+
+    /// The same by the program.
+    fn has_forces(&mut self, problem: &ContactProblem<'_>, rate: DVec2) -> bool {
         let begun = self.begin(problem, DVec2::ZERO, rate);
         begun.and_then(|()| self.maximize(problem, DVec2::ZERO)).is_ok()
     }
@@ -291,3 +306,54 @@ impl Border {
 
 /// Width of the edge of rates at rest, in units of the largest rates.
 const REST_WIDTH: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::random::{Random, Stream};
+    use crate::robot::inverse_dynamics::{GeneralizedForce, LinkFrames};
+    use crate::timing::support::FootSupport;
+
+    #[test]
+    fn forces_in_closed_form_are_forces_of_the_program_too() {
+        let corners = [(-0.1, -0.05), (0.1, -0.05), (0.12, 0.0), (0.1, 0.05), (-0.1, 0.05)];
+        let foot = FootSupport {
+            limb: 0,
+            center: DVec3::ZERO,
+            polygon: corners.map(DVec2::from).into_iter().collect(),
+            axes: glam::DMat3::from_rotation_x(0.1),
+            friction: 0.6,
+        };
+        let support = Support { feet: [foot].into_iter().collect() };
+        let (chains, efforts) = (Chains::default(), [1.0; JOINTS_MAX]);
+        let mut rates = ContactRates::default();
+        let mut random = Random::new(5, Stream::Shortcut, 0, 0);
+        let [mut closed, mut held] = [0; 2];
+        for _ in 0..400 {
+            let mut number = |size: f64| random.uniform(-size, size);
+            let force = DVec3::new(number(300.0), number(300.0), 500.0 + number(100.0));
+            let moment = DVec3::new(number(40.0), number(80.0), number(30.0));
+            let dynamics = PathDynamics {
+                frames: LinkFrames::default(),
+                by_acceleration: GeneralizedForce::default(),
+                by_speed: GeneralizedForce::default(),
+                standing: GeneralizedForce { force, moment, torques: [0.0; JOINTS_MAX] },
+                origin: DVec3::ZERO,
+            };
+            let problem = ContactProblem {
+                dynamics: &dynamics,
+                support: &support,
+                chains: &chains,
+                efforts: &efforts,
+                efforts_part: 1.0,
+                mass: 50.0,
+            };
+            let by_program = rates.has_forces(&problem, DVec2::ZERO);
+            let in_closed_form = single_contact::holds(&support.feet[0], force, moment);
+            assert!(by_program || !in_closed_form, "{force} {moment}");
+            closed += u32::from(in_closed_form);
+            held += u32::from(by_program);
+        }
+        assert!(held < 390 && 2 * closed > held, "{closed} of {held}");
+    }
+}

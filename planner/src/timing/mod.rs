@@ -11,6 +11,7 @@ pub mod path_timing;
 pub mod profile;
 mod profile_check;
 pub mod rate_set;
+mod single_contact;
 pub mod slow_downs;
 pub mod stops;
 pub mod support;

@@ -1,0 +1,46 @@
+//! Contact forces of one stance foot in closed form: a share of the force at three corners around
+//! the centre of pressure, and a turn about it for the moment about the sole's normal.
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::polygon::cross;
+use crate::timing::support::FootSupport;
+
+/// Least mean squared distance (m2) of the corners from the centre of pressure that bears a moment.
+const SPREAD_MIN: f64 = 1e-9;
+
+/// Whether these forces bear a wrench: a force (N) and a moment about the foot's centre (N m).
+/// Where they do not, others may.
+pub(crate) fn holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
+    let (force, moment) = (foot.axes.transpose() * force, foot.axes.transpose() * moment);
+    if force.z <= 0.0 {
+        return false;
+    }
+    let pressure = DVec2::new(-moment.y, moment.x) / force.z;
+    let turning = moment.z - pressure.perp_dot(force.truncate());
+    let Some(corners) = corners_around(&foot.polygon, pressure) else { return false };
+    let arms = corners.map(|(share, corner)| (share, corner - pressure));
+    let spread: f64 = arms.iter().map(|(share, arm)| share * arm.length_squared()).sum();
+    if spread < SPREAD_MIN {
+        return false;
+    }
+    let limit = foot.friction * std::f64::consts::FRAC_1_SQRT_2 * force.z;
+    arms.iter().all(|(share, arm)| {
+        let tangent = force.truncate() + arm.perp() * (turning / spread);
+        *share == 0.0 || tangent.abs().max_element() <= limit
+    })
+}
+
+/// Three corners of a convex polygon (counter-clockwise) around a point, with the shares of which
+/// the point is the mean.
+fn corners_around(polygon: &[DVec2], at: DVec2) -> Option<[(f64, DVec2); 3]> {
+    let first = *polygon.first()?;
+    polygon[1..].windows(2).find_map(|pair| {
+        let corners = [first, pair[0], pair[1]];
+        let area = cross(corners[0], corners[1], corners[2]);
+        let shares = [0, 1, 2]
+            .map(|index| cross(corners[(index + 1) % 3], corners[(index + 2) % 3], at) / area);
+        let is_inside = area > 0.0 && shares.iter().all(|share| *share >= 0.0);
+        is_inside.then(|| [0, 1, 2].map(|index| (shares[index], corners[index])))
+    })
+}
