@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Case;
+use common::{Case, preparation_for};
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::CollisionModel;
@@ -19,6 +19,7 @@ use surefoot_planner::primitives::transition_configuration::{
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
 
 /// Seeds of each test.
@@ -153,7 +154,7 @@ fn pairs_with_a_posture(constraints: &Constraints, distances: [f64; 2], pairs: u
 }
 
 #[test]
-fn no_posture_is_sampled_on_soles_farther_apart_than_the_longest_step() {
+fn no_posture_is_sampled_on_soles_farther_apart_than_the_farthest() {
     let mut case = Case::shipped("flat_walk");
     case.world.shapes.retain(|shape| shape.name != "floor");
     let case = case.with_box([0.0, 0.0, -9.0], [1.0, 1.0, 0.25]).configured(|planner| {
@@ -163,8 +164,11 @@ fn no_posture_is_sampled_on_soles_farther_apart_than_the_longest_step() {
     let robot = Mechanism::new(&case.model, &config).unwrap();
     let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
     let constraints = Constraints::new(robot, collision, config);
-    let bands = [0.5, 0.6, 0.7, 0.75, 0.8, 0.837, 0.9, 1.0];
-    for band in bands.windows(2) {
-        println!("{band:?}: {}", pairs_with_a_posture(&constraints, [band[0], band[1]], 200));
-    }
+    let preparation = preparation_for(&case.model, &PlannerConfig::default());
+    let [reach, farthest] =
+        [preparation.step_limits().reach(), preparation.step_limits().farthest()];
+    let count = |distances| pairs_with_a_posture(&constraints, distances, 200);
+    let [near, beyond_reach] = [count([0.6, 0.7]), count([reach, farthest])];
+    assert!(near > 50 && (1..10).contains(&beyond_reach), "{near}, {beyond_reach}");
+    assert_eq!(count([farthest, 1.2 * farthest]), 0);
 }

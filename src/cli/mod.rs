@@ -3,5 +3,7 @@
 pub mod arguments;
 pub mod bench_arguments;
 pub mod method_arguments;
+pub mod method_bench_arguments;
 pub mod robot_arguments;
+pub mod shared_bench_arguments;
 pub mod simulation_arguments;

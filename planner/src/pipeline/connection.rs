@@ -73,7 +73,7 @@ fn connect(
     let neighbours = |id: FootholdId| {
         let is_new = id >= graph.connected();
         if is_new && connections.uniform_from.is_some_and(|first| id >= first) {
-            return any_neighbours(context, graph, id, steps.reach());
+            return any_neighbours(context, graph, id, steps.farthest());
         }
         let is_due = |a: &Foothold, b: &Foothold| {
             let soles = left_and_right(a, b).map(|foothold| &foothold.world_from_sole);

@@ -31,9 +31,9 @@ struct OtherRoute {
     left_at: u64,
 }
 
-/// A turn to another route.
+/// A change to another live route.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Turn {
+pub(crate) struct RouteChange {
     /// The failures on that route.
     pub recovery: RecoveryPolicy,
     /// Whether stage M has not worked on it.
@@ -53,7 +53,7 @@ pub(crate) struct LiveRoutes {
     /// Whether stage P has found no other route since the current one was found.
     is_exhausted: bool,
     /// The turn that begins in stage P.
-    pub turn: Option<Turn>,
+    pub turn: Option<RouteChange>,
 }
 
 impl LiveRoutes {
@@ -151,8 +151,10 @@ impl LiveRoutes {
             return false;
         };
         std::mem::swap(&mut other.search, current);
-        self.turn =
-            Some(Turn { recovery: other.recovery, is_fresh: other.state == RouteState::Fresh });
+        self.turn = Some(RouteChange {
+            recovery: other.recovery,
+            is_fresh: other.state == RouteState::Fresh,
+        });
         self.turns += 1;
         (other.state, other.recovery, other.left_at) = (RouteState::Known, recovery, self.turns);
         self.actions = 0;

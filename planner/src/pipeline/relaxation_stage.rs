@@ -14,7 +14,7 @@ fn relaxed(context: &PlanningContext) -> RelaxedWorld<'_> {
     RelaxedWorld {
         constraints: &context.constraints,
         surfaces: &context.surfaces,
-        step_reach: context.preparation.step_limits().reach(),
+        step_reach: context.preparation.step_limits().farthest(),
     }
 }
 

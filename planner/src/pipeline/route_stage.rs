@@ -6,7 +6,7 @@ use crate::base::capacity::ArenaFull;
 use crate::motion::ids::{GOAL, START};
 use crate::pipeline::direct_stage::poses_between;
 use crate::pipeline::foothold_order::FootholdOrder;
-use crate::pipeline::live_routes::Turn;
+use crate::pipeline::live_routes::RouteChange;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::possibility::{
@@ -109,7 +109,7 @@ impl RouteStage {
     }
 
     /// Begins with a live route in place of the current one.
-    fn begin_turn(&mut self, search: &mut Search, turn: Turn) -> Event {
+    fn begin_turn(&mut self, search: &mut Search, turn: RouteChange) -> Event {
         search.stats.work += 1;
         search.stats.turns += 1;
         begin_route(search);

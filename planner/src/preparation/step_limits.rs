@@ -26,6 +26,9 @@ use crate::robot::mechanism::Mechanism;
 
 /// Share of the spacing of the sampled turns at which a turn counts as a sampled one.
 const EXACT_TURN: f64 = 0.05;
+/// The farthest soles that a posture may hold on, relative to the reach of one leg and the distance
+/// of the hips (planner/tests/completeness.rs).
+const FARTHEST_SHARE: f64 = 1.1;
 /// The shortest and the longest step where no step is possible.
 const NO_STEP: [f64; 2] = [1.0, 0.0];
 
@@ -134,6 +137,12 @@ impl StepLimits {
     /// Upper bound of the distance between soles, m.
     pub fn reach(&self) -> f64 {
         self.reach
+    }
+
+    /// Distance between soles (m) beyond which no pair was sampled that a posture holds on. Uniform
+    /// rounds connect footholds up to it, and beyond it the relaxed problem calls a gap too wide.
+    pub fn farthest(&self) -> f64 {
+        FARTHEST_SHARE * self.reach
     }
 
     /// The largest outward turn of the touching sole, rad.

@@ -20,7 +20,8 @@ pub struct GroundGap {
     pub from: DVec3,
     /// The nearest ground from which the goal is reached, m.
     pub to: DVec3,
-    /// Upper bound of the distance between points that the feet of a stance touch, m.
+    /// Upper bound of the distance between points that the feet of a stance touch in the steps that
+    /// the search makes, m.
     pub span_max: f64,
     /// Ground between both that is too steep to stand on.
     pub steep: Option<SteepGround>,
@@ -70,7 +71,8 @@ impl GroundGap {
         let steep = self.steep.as_ref().map(SteepGround::describe).unwrap_or_default();
         format!(
             "from {} no step leads on to {}, the nearest ground that leads to the goal, \
-             {width:.2} m away and {:.2} m {}: the feet touch points at most {:.2} m apart{steep}",
+             {width:.2} m away and {:.2} m {}: in the longest steps of the search the feet touch \
+             points {:.2} m apart{steep}",
             point(self.from),
             point(self.to),
             rise.abs(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::MotionKind;
 
-use crate::cli::bench_arguments::ScenarioArguments;
+use crate::cli::shared_bench_arguments::ScenarioArguments;
 use crate::input::inputs::{Inputs, Overrides};
 
 /// The motion of the plans of most benches: the searched one, since they measure the search.

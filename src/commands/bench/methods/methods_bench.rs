@@ -2,7 +2,7 @@
 
 use surefoot_planner::methods::method::Method;
 
-use crate::cli::bench_arguments::MethodsArguments;
+use crate::cli::method_bench_arguments::MethodsArguments;
 use crate::commands::bench::machine::Machine;
 use crate::commands::bench::methods::method_report::MethodReport;
 use crate::commands::bench::methods::method_trial::MethodSetup;

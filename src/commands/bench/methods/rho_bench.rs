@@ -3,7 +3,7 @@
 
 use surefoot_planner::methods::method::{Method, MethodParameters};
 
-use crate::cli::bench_arguments::RhoArguments;
+use crate::cli::method_bench_arguments::RhoArguments;
 use crate::commands::bench::machine::Machine;
 use crate::commands::bench::methods::method_report::MethodReport;
 use crate::commands::bench::methods::method_trial::{MethodRow, MethodSetup};

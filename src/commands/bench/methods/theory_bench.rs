@@ -10,7 +10,7 @@ use surefoot_planner::theory::mode_sampling::ModeSampling;
 use surefoot_planner::theory::overall::{Overall, Samples, mode_failure_bound_printed};
 use surefoot_planner::theory::route_sampling::{DIMENSIONS, RouteSampling, ball_radius_max};
 
-use crate::cli::bench_arguments::TheoryArguments;
+use crate::cli::method_bench_arguments::TheoryArguments;
 use crate::commands::bench::machine::Machine;
 use crate::commands::bench::methods::method_trial::MethodSetup;
 use crate::commands::bench::methods::theory_numbers::TheoryNumbers;

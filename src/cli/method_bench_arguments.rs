@@ -1,0 +1,106 @@
+//! The options of the benches that compare methods.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use surefoot_planner::methods::method::Method;
+
+use crate::cli::method_arguments::{MethodArguments, method};
+use crate::cli::shared_bench_arguments::{ScenarioArguments, ThreadArguments};
+
+/// What the benches of methods have in common.
+#[derive(Debug, Args)]
+pub struct MethodBenchArguments {
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub scenarios: ScenarioArguments,
+    /// Work units of each search at most
+    #[arg(long, value_name = "N", default_value_t = 400_000)]
+    pub work: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub samples: MethodArguments,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub threads: ThreadArguments,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench methods`.
+#[derive(Debug, Args)]
+pub struct MethodsArguments {
+    /// Searches per scenario and method, with the seeds 1, 2, 3 and so on
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 40,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    /// Only this method; may be given several times [default: all]
+    #[arg(long = "method", value_name = "METHOD", value_parser = method)]
+    pub methods: Vec<Method>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub common: MethodBenchArguments,
+    /// Run the controller's checks on every plan, outside the measured time
+    #[arg(long)]
+    pub check: bool,
+    /// Write methods.json and methods.csv into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// `surefoot bench rho`.
+#[derive(Debug, Args)]
+pub struct RhoArguments {
+    /// Searches per scenario and radius, with the seeds 1, 2, 3 and so on
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 100,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    /// Radii relative to the longest level step; inf: without stage P
+    #[arg(
+        long = "shares",
+        value_name = "X,...",
+        value_delimiter = ',',
+        default_value = "0.25,0.375,0.5,0.75,1,1.5,2,3,4,inf",
+        value_parser = share
+    )]
+    pub shares: Vec<f64>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub common: MethodBenchArguments,
+    /// Write rho.json, rho.csv and rho.svg into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// `surefoot bench theory`.
+#[derive(Debug, Args)]
+pub struct TheoryArguments {
+    /// Searches by w-rpg per scenario, of one round each, with the seeds 1, 2, 3 and so on
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 100,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
+    pub trials: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub common: MethodBenchArguments,
+    /// Write theory.json into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0);
+    number.ok_or_else(|| "a positive number or inf is needed".into())
+}
