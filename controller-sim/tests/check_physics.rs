@@ -99,6 +99,17 @@ fn a_robot_turned_as_a_whole_keeps_its_shape() {
 }
 
 #[test]
+fn straight_lines_that_need_more_friction_are_refused() {
+    // The arm, 4 of 34 kg, sets off at 0.1 rad/s: its centre accelerates by 0.02 m/s2.
+    let check = |mu: f64| {
+        let icy = World { mu, ..world(vec![]) };
+        check_motion(robot(), icy, &both_feet(), &swing((0.0, 0.0), (0.3, 0.0), 4))
+    };
+    check(0.004).unwrap();
+    refused(check(0.001), Check::ZeroMoment, "friction holds 0.1");
+}
+
+#[test]
 fn a_joint_past_its_limit_is_named() {
     let waypoints = swing((2.3, 0.0), (2.51, 0.0), 3);
     let violation = refused(

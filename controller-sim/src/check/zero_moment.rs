@@ -12,7 +12,7 @@ use surefoot_shared_types::message::{Check, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::base::comparison::is_at_most;
+use crate::base::comparison::{is_at_most, largest};
 use crate::check::segment::{Case, Violation};
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Region};
@@ -38,6 +38,7 @@ pub fn check_zero_moment(
         region: equilibrium.region(&case.supports, ALL_FRICTION),
         height: ground_height(case),
         margin_min: config.com_margin,
+        force_angle_max: force_angle_max(equilibrium, case),
     };
     if !case.is_smooth() {
         return check_straight(&support, case);
@@ -59,9 +60,28 @@ struct Support {
     /// The height at which the point is taken, m.
     height: f64,
     margin_min: f64,
+    /// The largest angle of a force that the contacts can exert to the vertical, rad.
+    force_angle_max: f64,
 }
 
 impl Support {
+    /// Whether the contacts can exert the force of this acceleration of the centre of mass within
+    /// friction.
+    fn check_force(&self, acceleration: DVec3, waypoint: usize) -> Result<(), Violation> {
+        let (across, up) = (acceleration.truncate().length(), GRAVITY + acceleration.z);
+        let angle = libm::atan2(across, up);
+        if is_at_most(angle, self.force_angle_max) {
+            return Ok(());
+        }
+        let detail = format!(
+            "the motion needs a force {:.1} degrees off the vertical, friction holds {:.1}: it is \
+             too fast",
+            angle.to_degrees(),
+            self.force_angle_max.to_degrees()
+        );
+        Err(Violation::new(Check::ZeroMoment, waypoint, detail))
+    }
+
     fn check(&self, point: DVec2, waypoint: usize) -> Result<f64, Violation> {
         let margin = self.region.margin(point.extend(self.height));
         if point.is_finite() && is_at_most(self.margin_min, margin) {
@@ -75,6 +95,14 @@ impl Support {
         );
         Err(Violation::new(Check::ZeroMoment, waypoint, detail))
     }
+}
+
+/// The largest angle to the vertical of a force within the friction cone of any contact point, rad;
+/// no sum of such forces has a larger one.
+fn force_angle_max(equilibrium: &Equilibrium, case: &Case) -> f64 {
+    let points = case.supports.iter().flat_map(|support| &support.points);
+    let tilt = largest(points.map(|point| libm::acos(point.normal.z.clamp(-1.0, 1.0))));
+    libm::atan(equilibrium.mu()) + tilt
 }
 
 /// The mean height of the soles' supports, m: each counts the same, however many points it has.
@@ -104,6 +132,7 @@ fn check_straight(support: &Support, case: &Case) -> Result<f64, Violation> {
             let lever = (here.z - support.height) / if press > 0.0 { press } else { f64::NAN };
             let point = here.truncate() - lever * acceleration.truncate();
             worst = worst.min(support.check(point, index)?);
+            support.check_force(acceleration, index)?;
         }
     }
     Ok(worst)
