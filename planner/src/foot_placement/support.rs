@@ -23,6 +23,9 @@ const OUTLINE_INSET: f64 = 1e-4;
 /// Depth below the sole plane from which a surface that faces down does not cover the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
+/// Incline against the sole up to which a mesh counts as even there: on it, a foot that lands beside
+/// its place stands as it would have.
+const EVEN_INCLINE_MAX: f64 = 1e-3;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
@@ -106,6 +109,7 @@ impl Surfaces {
         scratch.contacts.points.clear();
         scratch.contacts.ground.clear();
         scratch.contacts.has_open_edges = false;
+        scratch.contacts.is_uneven = false;
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
         let (region, plate) =
@@ -183,6 +187,7 @@ impl Surfaces {
                 self.keep_from_edges(buffer, sole, vertices);
             }
             scratch.contacts.has_open_edges |= face.of_mesh;
+            scratch.contacts.is_uneven |= face.of_mesh && incline > EVEN_INCLINE_MAX;
             scratch.contacts.add_all(&scratch.clip.polygon);
         }
     }
@@ -305,7 +310,8 @@ impl Surfaces {
         outline: &[DVec2],
         area_min: f64,
     ) -> Result<Support, NoSupport> {
-        let Contacts { points, hull, spare, ground, has_open_edges, .. } = &mut scratch.contacts;
+        let Contacts { points, hull, spare, ground, has_open_edges, is_uneven, .. } =
+            &mut scratch.contacts;
         if ground.is_full() {
             return Err(NoSupport::TooManyElements);
         }
@@ -314,7 +320,8 @@ impl Surfaces {
         clip_to_held(hull, spare, ground, self.config.centre_height);
         simplify(hull, POLYGON_VERTICES_MAX);
         if self.config.is_secured && *has_open_edges {
-            keep_from_ground_edges(hull, spare, outline, self.edge_inset());
+            let within = if *is_uneven { &[][..] } else { outline };
+            keep_from_ground_edges(hull, spare, within, self.edge_inset());
         }
         let (area, centroid) = area_and_centroid(hull);
         if area < area_min {

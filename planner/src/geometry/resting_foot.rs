@@ -78,7 +78,8 @@ pub(crate) fn clip_to_held(
 }
 
 /// Keeps the part of a support (counter-clockwise, sole frame) that is `inset` (m) inside the edges
-/// of the ground: the sides beyond which the sole `outline` extends. `spare` is a buffer.
+/// of the ground: the sides beyond which the sole `outline` extends, all of them without an outline.
+/// `spare` is a buffer.
 pub(crate) fn keep_from_ground_edges(
     hull: &mut Vec<DVec2>,
     spare: &mut Vec<DVec2>,
@@ -86,7 +87,8 @@ pub(crate) fn keep_from_ground_edges(
     inset: f64,
 ) {
     let extends_beyond = |(normal, offset): &(DVec2, f64)| {
-        outline.iter().any(|corner| normal.dot(*corner) > offset + ON_OUTLINE_MAX)
+        let is_beyond = |corner: &DVec2| normal.dot(*corner) > offset + ON_OUTLINE_MAX;
+        outline.is_empty() || outline.iter().any(is_beyond)
     };
     let edges: heapless::Vec<(DVec2, f64), DIRECTIONS_MAX> =
         outward_sides(hull).filter(extends_beyond).take(DIRECTIONS_MAX).collect();
