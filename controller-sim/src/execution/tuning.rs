@@ -21,10 +21,14 @@ pub(crate) const ENCOUNTER_DISTANCE_MAX: f64 = 0.05;
 
 /// The longest delay of a late chunk, s.
 pub(crate) const DELAY_MAX: f64 = 3.0;
-/// Time between two instants of a walk with late chunks that are checked, s.
-pub(crate) const CHECK_TICK: f64 = 0.01;
+/// Time between two instants of a walk with late chunks at which the robot is compared with where
+/// its speed leads, s. The trapezoidal rule errs by the change of acceleration times a twelfth of
+/// its square: 0.04 mrad where the acceleration changes by 500 rad/s2.
+pub(crate) const SAMPLE_TICK: f64 = 1e-3;
+/// Every so many of these instants the dynamic checks run.
+pub(crate) const SAMPLES_PER_CHECK: u32 = 10;
 /// How far a number may be from where its speed leads within such a time, rad or m.
-pub(crate) const JUMP_MAX: f64 = 1e-3;
+pub(crate) const JUMP_MAX: f64 = 1e-4;
 
 // A motion as executed.
 
