@@ -23,8 +23,8 @@ const OUTLINE_INSET: f64 = 1e-4;
 /// Depth below the sole plane from which a surface that faces down does not cover the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
-/// Incline against the sole up to which a mesh counts as even there: on it, a foot that lands beside
-/// its place stands as it would have.
+/// Incline against the sole up to which a mesh counts as even there: on it, a foot that lands
+/// beside its place stands as it would have.
 const EVEN_INCLINE_MAX: f64 = 1e-3;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;

@@ -78,8 +78,8 @@ pub(crate) fn clip_to_held(
 }
 
 /// Keeps the part of a support (counter-clockwise, sole frame) that is `inset` (m) inside the edges
-/// of the ground: the sides beyond which the sole `outline` extends, all of them without an outline.
-/// `spare` is a buffer.
+/// of the ground: the sides beyond which the sole `outline` extends, all of them without an
+/// outline. `spare` is a buffer.
 pub(crate) fn keep_from_ground_edges(
     hull: &mut Vec<DVec2>,
     spare: &mut Vec<DVec2>,
