@@ -23,8 +23,8 @@ _Floats = NDArray[np.float64]
 _Path = str | os.PathLike[str]
 _Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 _Mesh = tuple[str, _Floats, NDArray[np.uint32]]
-_Stance = tuple[float, float, float, float, float]
-_Goal = tuple[float, float, float, float, float, float, float]
+_Stance = tuple[float, float, float, float, float | None]
+_Goal = tuple[float, float, float, float, float | None, float, float]
 
 @final
 class Parameters:

@@ -20,8 +20,8 @@ SEED_MAX = 2**64 - 1
 
 @dataclass(frozen=True)
 class _Search:
-    start: tuple[float, float, float, float, float]
-    goal: tuple[float, float, float, float, float, float, float]
+    start: tuple[float, float, float, float, float | None]
+    goal: tuple[float, float, float, float, float | None, float, float]
     seed: int
     threads: int
 
