@@ -14,6 +14,7 @@ use surefoot_shared_types::robot::model::{JointIndex, LinkIndex, RobotModel};
 use crate::base::comparison::largest;
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::body_separation;
+use crate::geometry::solid::Solid;
 use crate::kinematics::forward::{Configuration, Posture};
 
 /// Covers of links this many joints apart may overlap as the joints bend: a hip, an ankle or a
@@ -36,7 +37,7 @@ pub struct SelfPair {
     pub bodies: (usize, usize),
     /// How deep they overlap in the standing posture, m; 0 where they are clear of each other.
     pub standing_depth: f64,
-    /// How deep they may overlap, m.
+    /// How deep they may overlap, m; infinite where only the limits of joints bound it.
     pub depth_max: f64,
     /// The joints between near bodies and their ranges in walks: nothing is checked where all of
     /// them are within their ranges. Empty for other pairs.
@@ -105,11 +106,23 @@ impl<'a> DepthSurvey<'a> {
         if between.len() > NEAR_MAX {
             return Some(pair(standing_depth + DEPTH_ROUNDING, vec![]));
         }
-        let moving = between.into_iter().filter(|joint| *joint < self.moving);
-        let walked: Vec<JointRange> = moving.map(|joint| self.walked(joint)).collect();
+        let moving: Vec<JointIndex> =
+            between.into_iter().filter(|joint| *joint < self.moving).collect();
+        if self.is_leg_of_mesh(bodies, &moving) {
+            return Some(pair(f64::INFINITY, vec![]));
+        }
+        let walked: Vec<JointRange> = moving.into_iter().map(|joint| self.walked(joint)).collect();
         let depths = postures(&self.model, &walked).map(|posture| self.depth(&posture, bodies));
         let depth_max = largest(depths.chain([standing_depth, self.granted((a, b))]));
         Some(pair(depth_max + DEPTH_ROUNDING, walked))
+    }
+
+    /// Whether only joints of legs move two bodies against each other, of which one is a mesh: its
+    /// depths in all these postures take half a minute.
+    fn is_leg_of_mesh(&self, bodies: (usize, usize), moving: &[JointIndex]) -> bool {
+        let is_mesh = |index: usize| matches!(self.bodies[index].solid, Solid::Mesh(_));
+        (is_mesh(bodies.0) || is_mesh(bodies.1))
+            && moving.iter().all(|joint| self.leg_joints.contains(joint))
     }
 
     /// How deep two bodies overlap, m; 0 where they are clear of each other.
@@ -177,7 +190,9 @@ pub fn describe(pairs: &[SelfPair], bodies: &[CollisionBody]) -> Vec<String> {
         .map(|pair| {
             let (a, b) = (&bodies[pair.bodies.0].name, &bodies[pair.bodies.1].name);
             let (standing, depth) = (1e3 * pair.standing_depth, 1e3 * pair.depth_max);
-            let reason = if pair.walked.is_empty() {
+            let reason = if pair.depth_max == f64::INFINITY {
+                format!("neighbours in a leg of meshes, {standing:.1} mm when standing, unbounded")
+            } else if pair.walked.is_empty() {
                 format!("by {depth:.1} mm as when standing")
             } else {
                 format!("neighbours, by {depth:.1} mm as in walks, {standing:.1} mm when standing")
