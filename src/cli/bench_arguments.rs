@@ -7,7 +7,7 @@ use surefoot_controller_sim::LATE_SHARE;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::method_bench_arguments::{MethodsArguments, RhoArguments, TheoryArguments};
-use crate::cli::shared_bench_arguments::{ScenarioArguments, ThreadArguments};
+use crate::cli::shared_bench_arguments::{ScenarioArguments, ThreadArguments, count};
 use crate::cli::simulation_arguments::{late_share, motion, rate};
 
 /// `surefoot bench`.
@@ -61,12 +61,7 @@ pub enum BenchCommand {
 #[derive(Debug, Args)]
 pub struct ThesisArguments {
     /// Searches per scenario, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 100,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = count())]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -92,12 +87,7 @@ pub struct ThesisArguments {
 #[derive(Debug, Args)]
 pub struct LowerBoundArguments {
     /// Searches per scenario, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 10,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = count())]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -114,12 +104,7 @@ pub struct LowerBoundArguments {
 #[derive(Debug, Args)]
 pub struct ReplanArguments {
     /// Plans per scenario, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 25,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = count())]
     pub trials: u64,
     /// Refusals of each plan, spread over its length
     #[arg(
@@ -187,12 +172,7 @@ pub struct ScaleArguments {
     )]
     pub triangles: Vec<u64>,
     /// Searches per size, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 5,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = count())]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -249,12 +229,7 @@ pub struct FootholdsArguments {
 #[derive(Debug, Args)]
 pub struct ThreadsArguments {
     /// Searches on one and on two threads, per scenario and load
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 20,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = count())]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -271,12 +246,7 @@ pub struct LateArguments {
     #[arg(value_name = "SCENARIO", default_value = "configs/scenarios/flat_walk.toml")]
     pub scenario: PathBuf,
     /// Walks, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 100,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = count())]
     pub walks: u64,
     /// The share of chunks that come late
     #[arg(long, value_name = "X", default_value_t = LATE_SHARE, value_parser = late_share)]
@@ -294,12 +264,7 @@ pub struct LateArguments {
 #[derive(Debug, Args)]
 pub struct MutationsArguments {
     /// Changed plans
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 2000,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = count())]
     pub plans: u64,
     /// The seed of the changes
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -326,12 +291,7 @@ pub struct GoalsArguments {
     #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
     pub robot: PathBuf,
     /// Number of goals
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1000,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = count())]
     pub trials: u64,
     /// Largest distance of a goal from the start, m
     #[arg(long, value_name = "M", default_value_t = 1.5)]
@@ -375,12 +335,7 @@ pub struct HolesArguments {
     #[arg(long, value_name = "DIR", default_value = "configs")]
     pub folder: PathBuf,
     /// Number of seeds of each world
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 20,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = count())]
     pub trials: u64,
     /// Work units of each search at most
     #[arg(long, value_name = "N", default_value_t = 400_000)]
@@ -400,12 +355,7 @@ pub struct ImpossibleArguments {
     #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
     pub robot: PathBuf,
     /// Number of worlds
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 200,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = count())]
     pub worlds: u64,
     /// The seed of the first world; each further one has the next
     #[arg(long, value_name = "N", default_value_t = 1)]

@@ -6,7 +6,7 @@ use clap::Args;
 use surefoot_planner::methods::method::Method;
 
 use crate::cli::method_arguments::{MethodArguments, method};
-use crate::cli::shared_bench_arguments::{ScenarioArguments, ThreadArguments};
+use crate::cli::shared_bench_arguments::{ScenarioArguments, ThreadArguments, count};
 
 /// What the benches of methods have in common.
 #[derive(Debug, Args)]
@@ -32,12 +32,7 @@ pub struct MethodBenchArguments {
 #[derive(Debug, Args)]
 pub struct MethodsArguments {
     /// Searches per scenario and method, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 40,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = count())]
     pub trials: u64,
     /// Only this method; may be given several times [default: all]
     #[arg(long = "method", value_name = "METHOD", value_parser = method)]
@@ -57,12 +52,7 @@ pub struct MethodsArguments {
 #[derive(Debug, Args)]
 pub struct RhoArguments {
     /// Searches per scenario and radius, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 100,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = count())]
     pub trials: u64,
     /// Radii relative to the longest level step; inf: without stage P
     #[arg(
@@ -85,12 +75,7 @@ pub struct RhoArguments {
 #[derive(Debug, Args)]
 pub struct TheoryArguments {
     /// Searches by w-rpg per scenario, of one round each, with the seeds 1, 2, 3 and so on
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 100,
-        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = count())]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]

@@ -4,6 +4,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::RangedU64ValueParser;
 
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
@@ -32,4 +33,9 @@ impl ThreadArguments {
     pub fn count(self) -> NonZeroUsize {
         NonZeroUsize::new(planner_threads(self.threads)).unwrap_or(NonZeroUsize::MIN)
     }
+}
+
+/// Parses how many there are of what a bench repeats.
+pub fn count() -> RangedU64ValueParser<u64> {
+    clap::value_parser!(u64).range(1..=1_000_000)
 }
