@@ -15,7 +15,7 @@ from worlds.courses import (
     platform,
     solid_steps,
 )
-from worlds.writing import FLOOR_HALF_THICKNESS, block, box, floor, world
+from worlds.writing import FLOOR_HALF_THICKNESS, block, box, floor, i_beam, world
 
 # ---------------------------------------------------------------------------------------------- sl1m_complex
 
@@ -80,7 +80,7 @@ def trench():
     for i, x in ((1, 1.425), (2, 1.575)):
         for side, y in (("left", 0.6), ("right", -0.6)):
             yield block(f"post_{i}_{side}", (x - 0.025, y - 0.025, -0.8), (x + 0.025, y + 0.025, -0.1))
-        for part, half, low, high in (("bottom_flange", 0.025, -0.1, -0.085), ("web", 0.0075, -0.085, 0.085), ("top_flange", 0.025, 0.085, 0.1)):
+        for part, half, low, high in i_beam(0.025, -0.1, 0.1):
             yield block(f"beam_{i}_{part}", (x - half, -1.0, low), (x + half, 1.0, high))
     yield floor("floor_middle", TRENCH[1], STONES[0], 1.0)
 

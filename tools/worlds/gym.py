@@ -4,7 +4,7 @@ import math
 import random
 
 from worlds.courses import BAR_RADIUS, BAR_SPACING, BARS, SLAB_HALF, SLABS, SPIRAL_ANGLE, SPIRAL_RADIUS, SPIRAL_TOP
-from worlds.writing import bar, block, box, world
+from worlds.writing import bar, block, box, i_beam, world
 
 PLATFORM = 1.6
 GROUND = -0.8
@@ -64,8 +64,7 @@ def rising_bars(low, high):
 
 def beam(half_flange=0.06):
     """The I-beam from south-east to south-west: 0.20 high, flanges 0.015 thick, web 0.015."""
-    parts = (("bottom_flange", half_flange, -0.20, -0.185), ("web", 0.0075, -0.185, -0.015), ("top_flange", half_flange, -0.015, 0.0))
-    for part, half_width, low, high in parts:
+    for part, half_width, low, high in i_beam(half_flange, -0.20, 0.0):
         yield block(f"beam_{part}", (WEST, -MIDDLE_NORTH - half_width, low), (EAST, -MIDDLE_NORTH + half_width, high))
 
 

@@ -4,7 +4,7 @@ import math
 import random
 
 from worlds.courses import SPIRAL_ANGLE, SPIRAL_RADIUS, platform, solid_steps
-from worlds.writing import FLOOR_HALF_THICKNESS, bar, block, box, cylinder, floor, world
+from worlds.writing import FLOOR_HALF_THICKNESS, bar, block, box, cylinder, floor, i_beam, world
 
 SEED = 1
 
@@ -38,7 +38,7 @@ def beam_narrow():
         floor("floor_goal", 5.6, 7.2, 0.8),
         floor("ground", 0.0, 7.2, 0.8, top=-0.8),
     ]
-    for part, half, low, high in (("bottom_flange", 0.03, -0.20, -0.185), ("web", 0.0075, -0.185, -0.015), ("top_flange", 0.03, -0.015, 0.0)):
+    for part, half, low, high in i_beam(0.03, -0.20, 0.0):
         shapes.append(block(f"beam_{part}", (1.6, -half, low), (5.6, half, high)))
     return world(("As beam, with flanges 0.06 wide, 4.0 long.",), shapes)
 
@@ -101,7 +101,7 @@ def hallway(comment, obstacles):
 def hallway_high():
     beams = []
     for i, x in ((1, 3.0), (2, 3.15)):
-        for part, half, low, high in (("bottom_flange", 0.025, 0.0, 0.015), ("web", 0.0075, 0.015, 0.285), ("top_flange", 0.025, 0.285, 0.30)):
+        for part, half, low, high in i_beam(0.025, 0.0, 0.30):
             beams.append(block(f"beam_{i}_{part}", (x - half, -1.0, low), (x + half, 1.0, high)))
     return hallway(("As ibeam_hallway, with beams 0.30 high.",), beams)
 
@@ -149,7 +149,7 @@ def cluttered_beam():
         floor("floor_goal", 3.6, 5.2, 0.8),
         floor("ground", 0.0, 5.2, 0.8, top=-0.8),
     ]
-    for part, half, low, high in (("bottom_flange", 0.06, -0.20, -0.185), ("web", 0.0075, -0.185, -0.015), ("top_flange", 0.06, -0.015, 0.0)):
+    for part, half, low, high in i_beam(0.06, -0.20, 0.0):
         shapes.append(block(f"beam_{part}", (1.6, -half, low), (3.6, half, high)))
     return world((f"As beam, {CLUTTER}",), [*shapes, *clutter((1.6, 0.0), (3.6, 0.0), (2.6, 0.0))])
 

@@ -57,6 +57,13 @@ def block(name, low, high):
     return box(name, [(a + b) / 2 for a, b in zip(low, high)], [(b - a) / 2 for a, b in zip(low, high)])
 
 
+def i_beam(half_flange, low, high):
+    """The parts of an I-beam with flanges and a web 0.015 thick: name, half width, lower and upper end."""
+    yield "bottom_flange", half_flange, low, low + 0.015
+    yield "web", 0.0075, low + 0.015, high - 0.015
+    yield "top_flange", half_flange, high - 0.015, high
+
+
 def floor(name, x_from, x_to, half_width, top=0.0):
     """A level floor across the x axis."""
     centre = ((x_from + x_to) / 2, 0.0, top - FLOOR_HALF_THICKNESS)
