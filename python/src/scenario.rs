@@ -4,13 +4,14 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surefoot_shared_types::scenario::load::load_scenario as load;
 use surefoot_shared_types::config::scenario::StancePose;
+use surefoot_shared_types::scenario::load::load_scenario as load;
 
 use crate::errors::OrRaise;
 use crate::parameters::Parameters;
 
-/// The fields of a scenario file. Its robot and its world are not opened.
+/// The fields of a scenario file. Its robot is opened only where a stance has no width, its world
+/// is not.
 #[pyfunction]
 pub fn load_scenario(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
     let scenario = load(&path).or_raise()?;

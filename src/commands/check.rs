@@ -4,8 +4,9 @@ use serde::Serialize;
 use surefoot_controller_sim::plan::EndpointReport;
 use surefoot_controller_sim::plan::plan_check::CheckResult;
 use surefoot_controller_sim::{PlanReport, Problem, Reserves, check_plan_in};
+use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::plan_file::read::load_plan;
-use surefoot_shared_types::scenario::load::load_scenario;
+use surefoot_shared_types::scenario::load::scenario_and_robot;
 
 use crate::cli::arguments::CheckArguments;
 use crate::input::shipped::scenario_path;
@@ -21,8 +22,9 @@ pub fn run(arguments: &CheckArguments) -> Result<CommandOutcome, CommandError> {
     let plan = load_plan(&arguments.plan)?;
     let problem = match &arguments.scenario {
         Some(path) => {
-            let scenario = load_scenario(&scenario_path(path)?)?;
-            Problem::of_scenario(&scenario, &plan, &arguments.plan)?
+            let source = ScenarioSource::read(&scenario_path(path)?)?;
+            let (scenario, model) = scenario_and_robot(&source)?;
+            Problem::of_scenario(&scenario, model, &plan, &arguments.plan)?
         }
         None => Problem::of_plan(&plan, &arguments.plan)?,
     };

@@ -7,9 +7,8 @@ use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::message::Description;
-use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
-use surefoot_shared_types::scenario::load::scenario_of;
+use surefoot_shared_types::scenario::load::scenario_and_robot;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};
@@ -70,8 +69,8 @@ impl Inputs {
     pub fn load(path: &Path, overrides: Overrides) -> Result<Self, InputError> {
         signals::set_activity(Activity::Reading);
         let source = ScenarioSource::read(&scenario_path(path)?)?;
-        let scenario = overrides.apply(scenario_of(&source)?);
-        let model = load_robot(&scenario.robot_path)?;
+        let (scenario, model) = scenario_and_robot(&source)?;
+        let scenario = overrides.apply(scenario);
         let world = load_world(&scenario.world_path)?;
         signals::set_activity(Activity::Other);
         let piped_scenario = source.piped_text().map(str::to_owned);

@@ -12,7 +12,7 @@ use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::plan_file::write::on_ground;
 use surefoot_shared_types::plan_format::blocks::{EndBlock, PhaseBlock, PlanFile, PoseBlock};
-use surefoot_shared_types::robot::load::{load_robot, robot_from_block};
+use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 use surefoot_shared_types::world::load::{load_world, world_from_block};
 use surefoot_shared_types::world::world::World;
@@ -88,12 +88,12 @@ impl Problem {
     /// The scenario's or the plan's robot, or the world, cannot be loaded.
     pub fn of_scenario(
         scenario: &Scenario,
+        mut model: RobotModel,
         plan: &PlanFile,
         plan_path: &Path,
     ) -> Result<Self, InputError> {
         let base_dir = plan_path.parent().unwrap_or(Path::new(""));
         let planned = robot_from_block(&plan.robot, base_dir, plan_path)?;
-        let mut model = load_robot(&scenario.robot_path)?;
         let mut notes = vec![format!("limits: those of {}", scenario.robot_path.display())];
         for joint in &mut model.joints {
             if let Some(other) = planned.joints.iter().find(|other| other.name == joint.name) {

@@ -15,6 +15,7 @@ use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
 use crate::config::scenario_source::ScenarioSource;
 use crate::config::validation::check_relations;
 use crate::robot::load::load_robot;
+use crate::robot::model::RobotModel;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -73,11 +74,29 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
 /// # Errors
 /// As [`load_scenario`].
 pub fn scenario_of(source: &ScenarioSource) -> Result<Scenario, InputError> {
+    Ok(read(source)?.0)
+}
+
+/// As [`scenario_of`], with its robot.
+///
+/// # Errors
+/// As [`load_scenario`] and [`load_robot`].
+pub fn scenario_and_robot(source: &ScenarioSource) -> Result<(Scenario, RobotModel), InputError> {
+    let (scenario, robot) = read(source)?;
+    let robot = robot.map_or_else(|| load_robot(&scenario.robot_path), Ok)?;
+    Ok((scenario, robot))
+}
+
+/// A scenario, and its robot if that says how wide a stance is.
+fn read(source: &ScenarioSource) -> Result<(Scenario, Option<RobotModel>), InputError> {
     let ScenarioSource { file: source, folder, .. } = source;
     let path = &source.path;
     let raw: RawScenario = source.parse_toml(FileKind::Scenario)?;
     let robot_path = folder.join(&raw.robot);
-    let width = width_by_default(&raw, &robot_path)?;
+    let widths = [raw.start.get_ref().stance_width, raw.goal.get_ref().stance_width];
+    let needs_robot = widths.contains(&None);
+    let robot = needs_robot.then(|| load_robot(&robot_path)).transpose()?;
+    let width = robot.as_ref().map_or(0.0, RobotModel::stance_width);
     let start = start_stance(&raw.start, width, source)?;
     let goal = goal_stance(&raw.goal, width, source)?;
     let (planner, checker, execution) = configs(raw.planner, raw.checker, raw.execution, source)?;
@@ -99,15 +118,7 @@ pub fn scenario_of(source: &ScenarioSource) -> Result<Scenario, InputError> {
         execution,
         digest: Digest::default(),
     };
-    Ok(scenario.with_seed(raw.seed))
-}
-
-/// The distance (m) between the soles where a stance names none: that of the robot as it stands.
-fn width_by_default(raw: &RawScenario, robot_path: &Path) -> Result<f64, InputError> {
-    match [raw.start.get_ref().stance_width, raw.goal.get_ref().stance_width] {
-        [Some(_), Some(_)] => Ok(0.0),
-        _ => Ok(load_robot(robot_path)?.stance_width()),
-    }
+    Ok((scenario.with_seed(raw.seed), robot))
 }
 
 fn start_stance(
