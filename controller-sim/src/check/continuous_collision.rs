@@ -272,11 +272,11 @@ impl ContinuousCollision<'_> {
         let stands_on = matches!(pair.other_body, OtherBody::World(_)) && !pair.measured;
         let separation = if stands_on { solid_separation } else { body_separation };
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
-        let depth_max = self.penetration_max + pair.allowed_depth;
-        if !is_at_most(-depth_max, found.distance) {
+        let deepest = pair.deepest(self.penetration_max);
+        if !is_at_most(deepest, found.distance) {
             let (bodies, is_near) = ((body, other), !pair.walked.is_empty());
             let mut violation =
-                overlap_violation(self.check, waypoint, bodies, found.distance, depth_max);
+                overlap_violation(self.check, waypoint, bodies, found.distance, -deepest);
             if is_near {
                 violation.detail += &advice(bodies, -found.distance);
             }

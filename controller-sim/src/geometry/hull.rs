@@ -7,6 +7,7 @@ use parry3d_f64::transformation::try_convex_hull;
 
 use crate::base::comparison::{is_at_most, is_below, smallest};
 use crate::geometry::bounds::Bounds;
+use crate::geometry::mesh_solid::bits;
 
 /// How far a point may be outside of its hull, m: rounding.
 const OUTSIDE_MAX: f64 = 1e-6;
@@ -61,7 +62,6 @@ impl Hull {
     /// contains each point, and its corners are among them, so that it is no larger than their
     /// hull.
     fn verify(&self, given: &[DVec3]) -> Result<(), String> {
-        let bits = |point: DVec3| (point + DVec3::ZERO).to_array().map(f64::to_bits);
         let given_bits: BTreeSet<[u64; 3]> = given.iter().copied().map(bits).collect();
         let mut edges: BTreeSet<[[u64; 3]; 2]> = BTreeSet::new();
         for [a, b, c] in &self.triangles {
@@ -99,9 +99,7 @@ impl Hull {
     /// The vertex furthest along a direction.
     pub fn support(&self, direction: DVec3) -> DVec3 {
         let mut best = (f64::NEG_INFINITY, DVec3::ZERO);
-        if !self.tree.is_empty() {
-            self.improve(0, direction, &mut best);
-        }
+        self.improve(0, direction, &mut best);
         best.1
     }
 

@@ -30,12 +30,10 @@ impl MeshSolid {
 /// same position are one vertex, and triangles without area have no edges.
 fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     let mut first: BTreeMap<[u64; 3], usize> = BTreeMap::new();
-    // Adding 0 makes the two zeros equal.
-    let bits = |vertex: &DVec3| (*vertex + 0.0).to_array().map(f64::to_bits);
     let welded: Vec<usize> = vertices
         .iter()
         .enumerate()
-        .map(|(index, vertex)| *first.entry(bits(vertex)).or_insert(index))
+        .map(|(index, vertex)| *first.entry(bits(*vertex)).or_insert(index))
         .collect();
     let mut edges: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     for triangle in triangles {
@@ -49,6 +47,12 @@ fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     }
     !edges.is_empty()
         && edges.iter().all(|([a, b], count)| *count == 1 && edges.get(&[*b, *a]) == Some(&1))
+}
+
+/// The same for two points exactly if they are at the same position.
+pub(super) fn bits(point: DVec3) -> [u64; 3] {
+    // Adding 0 makes the two zeros equal.
+    (point + 0.0).to_array().map(f64::to_bits)
 }
 
 #[cfg(test)]
