@@ -320,8 +320,8 @@ impl Surfaces {
         clip_to_held(hull, spare, ground, self.config.centre_height);
         simplify(hull, POLYGON_VERTICES_MAX);
         if self.config.is_secured && *has_open_edges {
-            let within = if *is_uneven { &[][..] } else { outline };
-            keep_from_ground_edges(hull, spare, within, self.edge_inset());
+            let outline = (!*is_uneven).then_some(outline);
+            keep_from_ground_edges(hull, spare, outline, self.edge_inset());
         }
         let (area, centroid) = area_and_centroid(hull);
         if area < area_min {

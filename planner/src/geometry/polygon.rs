@@ -178,14 +178,20 @@ const CORNER_AREA_MIN: f64 = 1e-10;
 /// each time the one of least area. The polygon only shrinks.
 pub(crate) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
     while hull.len() > 2 {
-        let n = hull.len();
-        let cost = |i: usize| cross(hull[(i + n - 1) % n], hull[i], hull[(i + 1) % n]);
-        let cheapest = (0..n).min_by(|&a, &b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
-        if n <= vertices_max && cost(cheapest) > CORNER_AREA_MIN {
+        let (cheapest, cost) = cheapest_corner(hull);
+        if hull.len() <= vertices_max && cost > CORNER_AREA_MIN {
             break;
         }
         hull.remove(cheapest);
     }
+}
+
+/// The corner of a convex polygon without which least is lost, and twice the area of that, m2.
+pub(crate) fn cheapest_corner(hull: &[DVec2]) -> (usize, f64) {
+    let n = hull.len();
+    let cost = |i: usize| cross(hull[(i + n - 1) % n], hull[i], hull[(i + 1) % n]);
+    let costs = (0..n).map(|i| (i, cost(i)));
+    costs.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
 /// The area and the centroid of a convex polygon; `(0, first vertex or origin)` for one without

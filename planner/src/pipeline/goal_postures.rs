@@ -6,8 +6,9 @@ use crate::motion::ids::{GOAL, boundary_node};
 use crate::pipeline::recovery_policy::ALTERNATIVE_FAILURES;
 use crate::pipeline::search::Search;
 use crate::preparation::planning_context::PlanningContext;
-use crate::primitives::transition_configuration::TransitionPair;
-use crate::primitives::transition_configuration::{sample_double, world_from_soles};
+use crate::primitives::transition_configuration::{
+    TransitionPair, sample_double, world_from_soles,
+};
 
 /// Attempts at another posture in one recovery action.
 const ATTEMPTS: u64 = 16;

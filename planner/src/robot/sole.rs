@@ -7,7 +7,7 @@ use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::robot::model::{Foot, RobotModel};
 
 use crate::geometry::convex_region::ConvexRegion;
-use crate::geometry::polygon::{clipped_to, cross, sides_of};
+use crate::geometry::polygon::{cheapest_corner, clipped_to, sides_of};
 use crate::robot::ankle_limits::AnkleLimits;
 use crate::robot::underside::flat_part;
 
@@ -51,11 +51,7 @@ impl Sole {
         let sides = sides_of(&self.flat_part);
         let mut touched = sides.iter().fold(whole, |kept, side| clipped_to(&kept, side));
         while touched.len() > POLYGON_VERTICES_MAX {
-            let n = touched.len();
-            let corner = |i: usize| touched[i % n];
-            let size = |i: &usize| cross(corner(i + n - 1), corner(*i), corner(i + 1));
-            let least = (0..n).min_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
-            touched.remove(least);
+            touched.remove(cheapest_corner(&touched).0);
         }
         touched.into_iter().collect()
     }
