@@ -34,6 +34,12 @@ impl Stance {
     pub const fn with_width(self, width: f64) -> Self {
         Self { width: Some(width), ..self }
     }
+
+    /// The stance of a robot.
+    pub fn pose(self, robot: &Robot) -> StancePose {
+        let stance_width = self.width.unwrap_or_else(|| robot.model().stance_width());
+        StancePose { position: self.position.into(), yaw: self.yaw, stance_width }
+    }
 }
 
 /// A stance to reach, with tolerances.
@@ -64,14 +70,6 @@ impl Goal {
     #[must_use]
     pub const fn with_tolerances(self, position: f64, yaw: f64) -> Self {
         Self { position_tolerance: position, yaw_tolerance: yaw, ..self }
-    }
-}
-
-impl Stance {
-    /// The stance of a robot.
-    pub fn pose(self, robot: &Robot) -> StancePose {
-        let stance_width = self.width.unwrap_or_else(|| robot.model().stance_width());
-        StancePose { position: self.position.into(), yaw: self.yaw, stance_width }
     }
 }
 

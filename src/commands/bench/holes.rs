@@ -8,6 +8,7 @@ use glam::DVec3;
 use serde::Serialize;
 use surefoot_planner::Planner;
 use surefoot_planner::pipeline::resorts::Resort;
+use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::world::load::load_world;
@@ -120,8 +121,9 @@ fn inputs(folder: &Path, variant: &Variant) -> Result<Inputs, CommandError> {
 /// Searches with the seeds from 1 on.
 fn row(arguments: &HolesArguments, variant: &Variant) -> Result<HoleRow, CommandError> {
     let inputs = inputs(&arguments.folder, variant)?;
+    let preparation = inputs.preparation(false)?;
     let trials = (1..=arguments.trials)
-        .map(|seed| trial(arguments, &inputs, seed, variant.without))
+        .map(|seed| trial(arguments, (&inputs, &preparation), seed, variant.without))
         .collect::<Result<Vec<Trial>, _>>()?;
     let found: Vec<&Trial> = trials.iter().filter(|trial| trial.is_found()).collect();
     let of_found = |value: fn(&Trial) -> f64| {
@@ -147,13 +149,12 @@ fn row(arguments: &HolesArguments, variant: &Variant) -> Result<HoleRow, Command
 /// One search; the controller checks a plan.
 fn trial(
     arguments: &HolesArguments,
-    inputs: &Inputs,
+    (inputs, preparation): (&Inputs, &Preparation),
     seed: u64,
     without: Option<Resort>,
 ) -> Result<Trial, CommandError> {
     let Inputs { model, world, scenario, .. } = inputs;
     let scenario = scenario.clone().with_seed(seed);
-    let preparation = inputs.preparation(false)?;
     let threads = arguments.threads.count();
     let make = || {
         let mut planner = Planner::builder(model, world, &scenario, preparation.clone())
