@@ -11,7 +11,7 @@ use surefoot_shared_types::world::world::World;
 use crate::collision::body_distance::bodies_within;
 use crate::collision::error::CollisionError;
 use crate::collision::keep_out::KeepOutZones;
-use crate::collision::robot_bodies::{CollisionBody, FootBody};
+use crate::collision::robot_bodies::{CollisionBody, FootBody, Part};
 use crate::collision::self_pairs::{BodyPair, SelfPairs};
 use crate::collision::tuning::{LIFT_OFF_LIFT, STANCE_LIFT};
 use crate::collision::world_shapes::{Nearby, WorldShapes, lifted};
@@ -239,15 +239,13 @@ impl CollisionModel {
     /// A lower bound of how far a point in a node's frame lies below the surface of the links that
     /// the node moves, m; minus infinity where no bound is known.
     pub fn depth_in_node(&self, node: usize, point: DVec3) -> f64 {
-        let parts =
-            self.bodies.iter().filter(|body| body.node == node).flat_map(|body| &body.parts);
-        let depths =
-            parts.map(|part| part.solid.depth(part.part_from_node.transform_point3(point)));
-        depths.fold(f64::NEG_INFINITY, f64::max)
+        let bodies = self.bodies.iter().filter(|body| body.node == node);
+        let depth = |part: &Part| part.solid.depth(part.part_from_node.transform_point3(point));
+        bodies.flat_map(|body| &body.parts).map(depth).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The boxes among the shapes of the links that a node moves: pose in the node's frame, and half
-    /// of each side, m.
+    /// The boxes among the shapes of the links that a node moves: pose in the node's frame, and
+    /// half of each side, m.
     pub fn boxes_in_node(&self, node: usize) -> impl Iterator<Item = (Pose, DVec3)> + '_ {
         let parts =
             self.bodies.iter().filter(move |body| body.node == node).flat_map(|body| &body.parts);

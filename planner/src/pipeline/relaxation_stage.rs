@@ -56,7 +56,10 @@ impl RelaxationStage {
             search.stats.work += 1;
             match self.problem.advance(&relaxed(context)) {
                 None => {}
-                Some(RelaxedOutcome::Open) => return Ok(Event::Done),
+                Some(RelaxedOutcome::Open) => {
+                    self.is_begun = false;
+                    return Ok(Event::Done);
+                }
                 Some(RelaxedOutcome::Obstructed(obstruction)) => {
                     search.outcome = Some(Outcome::Impossible(obstruction));
                     return Ok(Event::Impossible);

@@ -14,8 +14,8 @@ use crate::possibility::{
 };
 use crate::preparation::planning_context::PlanningContext;
 
-/// Work units in which most routes are found. Without a route after them, or with one that meets C_N
-/// alone, the relaxed problem is tried.
+/// Work units in which most routes are found. Without a route after them, or with one that meets
+/// C_N alone, the relaxed problem is tried.
 const WORK_BEFORE_RELAXATION: u64 = 1_500;
 
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
@@ -30,7 +30,9 @@ pub(crate) struct RouteStage {
     is_crouching: bool,
     /// Whether the relaxed problem is solved, or left out.
     is_relaxed: bool,
-    /// Whether a route waits for the relaxed problem.
+    /// Whether it is solved once more, legs included, or left out.
+    is_examined: bool,
+    /// Whether a route waits for that.
     is_waiting: bool,
     /// Work units that may be spent before the relaxed problem is tried.
     work_before_relaxation: u64,
@@ -44,6 +46,7 @@ impl RouteStage {
             stance_width,
             is_crouching: false,
             is_relaxed: false,
+            is_examined: false,
             is_waiting: false,
             work_before_relaxation: WORK_BEFORE_RELAXATION,
         }
@@ -56,7 +59,7 @@ impl RouteStage {
 
     /// Leaves the relaxed problem out.
     pub fn skip_relaxation(&mut self) {
-        self.is_relaxed = true;
+        (self.is_relaxed, self.is_examined) = (true, true);
     }
 
     /// Grows the trees of stage P, or chooses the crouch profile.
@@ -88,8 +91,9 @@ impl RouteStage {
         let progress = if is_found { Progress::Route } else { self.grow(context, search, limit) };
         match progress {
             Progress::Growing => return Ok(Event::Continue),
-            Progress::Route if !is_relaxed && is_doubtful(search) => {
-                (self.is_relaxed, self.is_waiting) = (true, true);
+            Progress::Route | Progress::Exhausted if !self.is_examined && is_doubtful(search) => {
+                (self.is_relaxed, self.is_examined) = (true, true);
+                self.is_waiting = progress == Progress::Route;
                 return Ok(Event::NoRouteYet);
             }
             Progress::Route => {}
@@ -206,9 +210,9 @@ impl RouteStage {
     }
 }
 
-/// Whether a route meets C_N alone: it may lead through what the robot cannot pass.
+/// Whether a first route meets C_N alone at best: it may lead through what the robot cannot pass.
 fn is_doubtful(search: &Search) -> bool {
-    search.route.condition() == RouteCondition::Necessary
+    search.stats.routes == 0 && search.route.condition() == RouteCondition::Necessary
 }
 
 /// Prepares the other stages for a route that was found. Sweeps visit the vertices with placements

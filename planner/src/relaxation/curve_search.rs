@@ -28,9 +28,9 @@ pub(crate) enum RootWay {
     Closed(Option<(usize, DVec3)>),
 }
 
-/// What is next along the legs.
+/// The voxels that are next along the legs.
 #[derive(Debug, Clone, Copy)]
-enum Phase {
+enum Spread {
     /// The voxels beside those of the current step.
     Beside,
     /// The voxels across gaps from those two steps before, from a column on.
@@ -52,7 +52,7 @@ pub(crate) struct CurveSearch {
     curve: Option<LegCurve>,
     /// Steps along the legs that are left.
     steps_left: u32,
-    phase: Phase,
+    spread_next: Spread,
     /// The filled voxel beside the root's places that is nearest to the root's goal: the square of
     /// its distance (m2), its column and its level.
     blocked: Option<(f64, usize, usize)>,
@@ -69,7 +69,7 @@ impl CurveSearch {
             disc: Disc::new(),
             curve: None,
             steps_left: 0,
-            phase: Phase::Beside,
+            spread_next: Spread::Beside,
             blocked: None,
         }
     }
@@ -81,7 +81,7 @@ impl CurveSearch {
         self.recent.iter_mut().for_each(|voxels| voxels[..grid.columns()].fill(0));
         // A step that would end in a part that is not covered ends before it.
         self.steps_left = libm::ceil(curve.length / grid.cell) as u32 + GAP_STEPS * curve.gaps + 1;
-        (self.curve, self.phase) = (Some(*curve), Phase::Across(grid.columns()));
+        (self.curve, self.spread_next) = (Some(*curve), Spread::Across(grid.columns()));
         curve.gap <= f64::from(GAP_STEPS) * grid.cell
             && curve.foot_depth > FOOT_SINK
             && self.disc.set(grid, curve.gap)
@@ -133,19 +133,19 @@ impl CurveSearch {
     pub fn extend_legs(&mut self, grid: &Grid, collision: &CollisionModel, near: &[u64]) -> bool {
         let mut visits = 0;
         while visits < VISITS_PER_UNIT {
-            match self.phase {
-                Phase::Beside => match self.legs.pop() {
-                    None => self.phase = Phase::Across(0),
+            match self.spread_next {
+                Spread::Beside => match self.legs.pop() {
+                    None => self.spread_next = Spread::Across(0),
                     Some((column, fresh)) => {
                         self.recent[0][column] = fresh;
                         visits += 1 + self.add_beside(grid, (collision, near), column, fresh);
                     }
                 },
-                Phase::Across(column) if column < grid.columns() => {
+                Spread::Across(column) if column < grid.columns() => {
                     visits += self.add_across(grid, (collision, near), column);
-                    self.phase = Phase::Across(column + 1);
+                    self.spread_next = Spread::Across(column + 1);
                 }
-                Phase::Across(_) => {
+                Spread::Across(_) => {
                     if self.steps_left == 0 {
                         return true;
                     }
@@ -153,7 +153,7 @@ impl CurveSearch {
                     self.recent.rotate_right(1);
                     self.recent[0][..grid.columns()].fill(0);
                     self.legs.step();
-                    self.phase = Phase::Beside;
+                    self.spread_next = Spread::Beside;
                     visits += 1;
                 }
             }
@@ -263,50 +263,6 @@ impl CurveSearch {
         let (_, column, level) = self.blocked?;
         let center = grid.center(column, level);
         Some((collision.shape_near(center, CURVE_RADIUS)?, center))
-    }
-
-    pub fn debug(&self, grid: &Grid) -> String {
-        let n = |v: &[u64]| v[..grid.columns()].iter().map(|c| c.count_ones()).sum::<u32>();
-        let mut text = format!(
-            "legs {} filled {} partial {} root {} steps {}\n",
-            n(&self.legs.voxels),
-            n(&self.free.filled),
-            n(&self.free.partial),
-            n(&self.root.voxels),
-            self.steps_left
-        );
-        let mark = |p: DVec3| {
-            grid.voxel_of(p).map_or(' ', |(c, l)| {
-                let has = |v: &[u64]| v[c] >> l & 1 == 1;
-                if has(&self.free.filled) {
-                    '#'
-                } else if has(&self.root.voxels) {
-                    'r'
-                } else if has(&self.legs.voxels) {
-                    'l'
-                } else {
-                    '.'
-                }
-            })
-        };
-        for z in [0.15, 0.5] {
-            for y in 0..50 {
-                let y = -1.5 + grid.cell * y as f64;
-                for x in 0..130 {
-                    text.push(mark(DVec3::new(-0.9 + grid.cell * x as f64, y, z)));
-                }
-                text.push('\n');
-            }
-            text.push('\n');
-        }
-        for z in 0..40 {
-            let z = -0.3 + grid.cell * z as f64;
-            for x in 0..130 {
-                text.push(mark(DVec3::new(-0.9 + grid.cell * x as f64, 0.0, z)));
-            }
-            text.push('\n');
-        }
-        text
     }
 
     /// Bytes reserved.

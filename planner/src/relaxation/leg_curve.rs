@@ -13,8 +13,8 @@ use crate::robot::bounding_spheres::BoundingSphere;
 use crate::robot::mechanism::Mechanism;
 
 /// Bounds of the curves of both legs in every configuration. A curve leads from a touched point to
-/// a point in the foot's box, to the first covered point from the ankle on, from joint to joint, and
-/// to the centre of a ball in the root.
+/// a point in the foot's box, to the first covered point from the ankle on, from joint to joint,
+/// and to the centre of a ball in the root.
 ///
 /// A point from the ankle on is covered if it is [`COVER_DEPTH`] deep in shapes of its own link, or
 /// in a ball about the nearest joint in an adjacent link.
@@ -38,7 +38,7 @@ pub(crate) struct LegCurve {
 
 /// A part of the curve that is rigid with a node: a segment between two points in the frame of the
 /// root with the legs at 0, and the radii of covered balls about both, m.
-struct Piece {
+struct RigidPart {
     node: usize,
     ends: [DVec3; 2],
     balls: [f64; 2],
@@ -195,30 +195,30 @@ impl<'a> LegAtZero<'a> {
         for joint in (0..self.points.len() - 1).rev() {
             let ends = [self.points[joint + 1], self.points[joint]];
             let balls = [self.ball(joint + 1), self.ball(joint)];
-            self.follow(&Piece { node: self.nodes[joint + 1], ends, balls }, &mut course);
+            self.follow(&RigidPart { node: self.nodes[joint + 1], ends, balls }, &mut course);
         }
         let hip = self.points[0];
         let by = self.in_box(0, &[hip], COVER_DEPTH + SAME_POINT);
         let by = by.filter(|(_, depth)| *depth >= COVER_DEPTH).map(|(points, _)| points[0]);
         let by = by.unwrap_or(ball.center);
         for (ends, balls) in [([hip, by], [self.ball(0), 0.0]), ([by, ball.center], [0.0; 2])] {
-            self.follow(&Piece { node: 0, ends, balls }, &mut course);
+            self.follow(&RigidPart { node: 0, ends, balls }, &mut course);
         }
         course
     }
 
-    /// Adds a piece to a curve.
-    fn follow(&self, piece: &Piece, course: &mut Course) {
-        let [from, to] = piece.ends;
+    /// Adds a part to a curve.
+    fn follow(&self, part: &RigidPart, course: &mut Course) {
+        let [from, to] = part.ends;
         let length = from.distance(to);
         let intervals = libm::ceil(length / CURVE_SPACING).max(1.0);
         let spacing = length / intervals;
         for index in 0..=intervals as usize {
             let along = index as f64 * spacing;
             let depth = self
-                .depth(piece.node, from.lerp(to, index as f64 / intervals))
-                .max(piece.balls[0] - along)
-                .max(piece.balls[1] - (length - along));
+                .depth(part.node, from.lerp(to, index as f64 / intervals))
+                .max(part.balls[0] - along)
+                .max(part.balls[1] - (length - along));
             if depth >= COVER_DEPTH {
                 course.lead.get_or_insert(course.length + along);
                 course.open = 0.0;
