@@ -53,8 +53,8 @@ pub struct RouteSearch {
 }
 
 impl RouteSearch {
-    /// A search between two `ends`, start and goal, for feet at most `walking_width` (m) apart between
-    /// them, with trees of at most `vertices_max` vertices,
+    /// A search between two `ends`, start and goal, for feet at most `walking_width` (m) apart
+    /// between them, with trees of at most `vertices_max` vertices,
     /// at most `spacing` metres apart, inside the bounds `world`, m. Allocates.
     pub fn new(
         ends: [&StancePose; 2],
