@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::config::scenario::{Scenario, StancePose};
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
@@ -193,7 +193,7 @@ impl<'a> PlannerBuilder<'a> {
         let stages = Stages {
             route: RouteStage::new(
                 UpperBody::new(self.model, &context.constraints.robot),
-                walking_width(endpoints.stances()[0], &context.preparation),
+                endpoints.stances()[0].stance_width,
             ),
             endpoints,
             relaxation: RelaxationStage::new(),
@@ -360,16 +360,10 @@ impl<'a> PlannerBuilder<'a> {
 /// Begins in a state that the robot is in.
 fn start_in(planner: &mut Planner, rest_state: RestState) {
     if let Some(start) = planner.stages.endpoints.start_in(rest_state) {
-        let width = walking_width(&start, &planner.context.preparation);
         planner.search.route.set_start(&start);
         planner.search.guide.live.searches_mut().for_each(|route| route.set_start(&start));
-        planner.stages.route.set_stance_width(width);
+        planner.stages.route.set_stance_width(start.stance_width);
     }
-}
-
-/// Distance between the feet of a walk that begins in a stance, m.
-fn walking_width(start: &StancePose, preparation: &Preparation) -> f64 {
-    start.stance_width.min(preparation.step_limits().walking_width())
 }
 
 /// Limits of foot placement for this robot's soles and the world's friction.

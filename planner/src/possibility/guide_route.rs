@@ -16,7 +16,7 @@ use crate::possibility::vertex_sampling::BACKWARD;
 /// How far the ideal soles at a vertex are apart.
 #[derive(Debug, Clone, Copy)]
 pub enum IdealWidth {
-    /// As narrow as the robot walks.
+    /// As narrow as the robot walks, on routes for which that holds.
     Walking,
     /// A multiple of the stance width at start and goal.
     OfEnds(f64),
@@ -55,6 +55,11 @@ impl GuideRoute {
     /// Sets the stance width of another start stance.
     pub(crate) fn set_start(&mut self, start: &StancePose) {
         self.stance_width[0] = start.stance_width;
+    }
+
+    /// Lets stances be as wide between the ends as there.
+    pub(crate) fn widen_stances(&mut self) {
+        self.walking_width = f64::INFINITY;
     }
 
     /// Removes all vertices.

@@ -54,8 +54,8 @@ pub struct RouteSearch {
 
 impl RouteSearch {
     /// A search between two `ends`, start and goal, for feet at most `walking_width` (m) apart
-    /// between them, with trees of at most `vertices_max` vertices,
-    /// at most `spacing` metres apart, inside the bounds `world`, m. Allocates.
+    /// between them, with trees of at most `vertices_max` vertices, at most `spacing` metres
+    /// apart, inside the bounds `world`, m. Allocates.
     pub fn new(
         ends: [&StancePose; 2],
         walking_width: f64,
@@ -91,6 +91,11 @@ impl RouteSearch {
         };
         search.begin(search.endpoints);
         search
+    }
+
+    /// Lets stances be as wide between the ends as there.
+    pub fn widen_stances(&mut self) {
+        self.route.widen_stances();
     }
 
     /// Sets another start stance. To be called before the first advance.
