@@ -110,6 +110,7 @@ pub fn robot_from_block(
 fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let mut complaints = Vec::new();
     let urdf = read_urdf(&spec.urdf_path, &mut complaints)?;
+    let is_read_whole = complaints.is_empty();
     check_names(&urdf, "[standing]", &spec.standing, &mut complaints);
     check_names(&urdf, "[locked]", &spec.locked, &mut complaints);
     check_names(&urdf, "[effort_limits]", &spec.effort_limits, &mut complaints);
@@ -129,7 +130,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     check_root(&urdf, tree, spec, &mut complaints);
     let known = complaints.len();
     let mut links = build_links(&urdf, tree, spec, &mut meshes, &mut complaints);
-    let has_all_shapes = complaints.len() == known;
+    let has_all_shapes = is_read_whole && complaints.len() == known;
     let joints = attach_all(&urdf, tree, roles, &mut links);
     check_count(&urdf, &joints, &mut complaints);
     check_moving_masses(&urdf, tree, &links, &mut complaints);

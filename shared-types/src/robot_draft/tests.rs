@@ -365,7 +365,7 @@ fn a_leg_without_a_stated_range_gets_an_estimate() {
     );
     let hip = model.joints.iter().find(|joint| joint.name == "left_hip_yaw").unwrap();
     assert!((hip.lower + 1.5708).abs() < 1e-4 && (hip.upper - 1.5708).abs() < 1e-4, "{hip:?}");
-    // Without the estimate the file is refused, with the remedy.
+    // Without the estimate the file is refused, with the advice.
     let published = Published::new(&bare);
     let text = robot_file(&draft, Path::new("robot.urdf"));
     let text = changed(&text, "[position_limits]", "]  #", |_| "[accelerations]\n#".to_owned());
