@@ -121,7 +121,8 @@ pub(crate) fn bare_feet<'a>(
         _ => standing.iter().any(|other| ends_leg_of(pair, other)),
     };
     let bare = pairs.iter().filter(|pair| is_bare(pair) && is_foot(pair));
-    bare.min_by(|a, b| height(a).total_cmp(&height(b)))
+    // Of an ankle and the foot that turns about the same point, the foot.
+    bare.min_by(|a, b| height(a).total_cmp(&height(b)).then(b.bodies[0].cmp(&a.bodies[0])))
 }
 
 /// Those of the `pairs` that reach the ground where all joints stand at 0. Of several in one leg,
