@@ -427,7 +427,7 @@ fn one_fault_of_a_link_is_one_complaint() {
         ("<mass value=\"2\"/>", "<mass value=\"2 kg\"/>", "is not 1 number"),
         ("<box size=\"0.2 0.1 0.04\"/>", "<mesh filename=\"\"/>", "has no filename"),
         ("<box size=\"0.2 0.1 0.04\"/>", "", "holds 0 shapes"),
-        ("<box size=\"0.2 0.1 0.04\"/>", "<box size=\"0.2,0.1,0.04\"/>", "holds 1 numbers"),
+        ("<box size=\"0.2 0.1 0.04\"/>", "<box size=\"0.2,0.1,0.04\"/>", "is not 3 numbers"),
         ("<box size=\"0.2 0.1 0.04\"/>", "<box size=\"1e300 1 1\"/>", "holds 1e300; every"),
     ] {
         let folder = Folder::new();
