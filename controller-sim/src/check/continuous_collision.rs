@@ -438,8 +438,7 @@ mod tests {
 
     #[test]
     fn a_bound_that_reaches_far_saves_measuring() {
-        // Nothing is near an arm that hardly moves: the pairs are measured once, and told apart by
-        // the bound until the motion has used it up.
+        // Nothing is near an arm that hardly moves: all pairs keep a bound and a direction.
         let mut scene = Scene::new(&world(vec![]), true);
         let at =
             |index: usize| Configuration::of_waypoint(&waypoint(0.0, 0.001 * index as f64, 0.0), 4);
