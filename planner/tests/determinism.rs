@@ -191,7 +191,7 @@ fn the_size_of_steps_changes_nothing() {
 
 #[test]
 fn an_unsuccessful_search_can_be_made_again() {
-    let case = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 20_000);
+    let case = Case::shipped("no_way_ceiling").configured(|planner| planner.work_max = 20_000);
     let search = |threads, step| {
         let mut planner = case.planner(threads);
         (run(&mut planner, step), planner.stats())

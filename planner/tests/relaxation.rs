@@ -26,9 +26,13 @@ fn ending(case: &Case) -> (Outcome, String, Planner) {
 }
 
 fn obstruction(case: &Case) -> Obstruction {
+    obstruction_within(case, WORK_MAX)
+}
+
+fn obstruction_within(case: &Case, work_max: u64) -> Obstruction {
     match ending(case) {
         (Outcome::Impossible(obstruction), text, planner) => {
-            assert!(planner.stats().work < WORK_MAX, "{} units: {text}", planner.stats().work);
+            assert!(planner.stats().work < work_max, "{} units: {text}", planner.stats().work);
             assert!(text.starts_with("no plan is possible: "), "{text}");
             obstruction
         }
@@ -176,4 +180,36 @@ fn no_random_course_with_a_plan_is_called_impossible() {
     }
     println!("{worlds} courses: {found} with a plan, {impossible} impossible");
     assert!(4 * found >= worlds && 10 * impossible >= worlds, "{found} {impossible}");
+}
+
+#[test]
+fn a_wall_across_a_corridor_is_named() {
+    let case = Case::shipped("no_way_wall");
+    // Stage P first finds a route under C_N alone.
+    let obstruction = obstruction_within(&case, 2 * WORK_MAX);
+    let Obstruction::Enclosure(enclosure) = obstruction else { panic!("an enclosure") };
+    assert_eq!(case.world.shapes[enclosure.shape].name, "wall_across");
+    assert!((enclosure.at.x - 3.0).abs() < 0.1, "{enclosure:?}");
+    assert!(enclosure.leg > 0.759 && enclosure.leg < 1.2, "{enclosure:?}");
+}
+
+#[test]
+fn an_opening_in_a_wall_across_a_corridor_is_seen() {
+    let closed = Case::shipped("no_way_wall");
+    let across = closed.world.shapes.iter().position(|shape| shape.name == "wall_across").unwrap();
+    let shown =
+        |half_width: f64, half_height: f64, center_y: f64| {
+            let mut case = closed.clone();
+            let wall = &mut case.world.shapes[across];
+            wall.shape = surefoot_shared_types::Shape::Box {
+                half_extents: glam::DVec3::new(0.05, half_width, half_height),
+            };
+            wall.world_from_shape = surefoot_shared_types::Pose::from_translation(
+                glam::DVec3::new(3.0, center_y, half_height),
+            );
+            shown(&mut case.planner(1))
+        };
+    assert!(shown(1.0, 1.0, 0.0).is_some());
+    assert_eq!(shown(0.85, 1.0, -0.15), None, "0.3 m wide, beside the wall");
+    assert_eq!(shown(1.0, 0.45, 0.0), None, "above a wall of 0.9 m");
 }

@@ -9,4 +9,5 @@ mod robot_bodies;
 mod self_pairs;
 mod separating_direction;
 mod tuning;
+mod world_cover;
 mod world_shapes;

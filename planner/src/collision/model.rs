@@ -11,7 +11,7 @@ use surefoot_shared_types::world::world::World;
 use crate::collision::body_distance::bodies_within;
 use crate::collision::error::CollisionError;
 use crate::collision::keep_out::KeepOutZones;
-use crate::collision::robot_bodies::{CollisionBody, FootBody};
+use crate::collision::robot_bodies::{CollisionBody, FootBody, Part};
 use crate::collision::self_pairs::{BodyPair, SelfPairs};
 use crate::collision::tuning::{LIFT_OFF_LIFT, STANCE_LIFT};
 use crate::collision::world_shapes::{Nearby, WorldShapes, lifted};
@@ -218,6 +218,38 @@ impl CollisionModel {
     /// Index of the first world shape that a ball (centre and radius, m) touches.
     pub fn ball_hit(&self, center: DVec3, radius: f64) -> Option<usize> {
         self.world.ball_hit(center, radius)
+    }
+
+    /// A box around all points of a box in the world that may be farther than `reach` (m) from all
+    /// shapes, and whether these are all of its points; `None` if there are none.
+    pub fn free_part(&self, region: &Aabb, reach: f64) -> Option<(Aabb, bool)> {
+        self.world.free_part(region, reach)
+    }
+
+    /// Calls `examine` with the bounding box of each shape of the world that overlaps a box.
+    pub fn for_each_box(&self, around: &Aabb, examine: impl FnMut(&Aabb)) {
+        self.world.for_each_box(around, examine);
+    }
+
+    /// A shape of the world within `reach` (m) of a point.
+    pub fn shape_near(&self, point: DVec3, reach: f64) -> Option<usize> {
+        self.world.shape_near(point, reach)
+    }
+
+    /// A lower bound of how far a point in a node's frame lies below the surface of the links that
+    /// the node moves, m; minus infinity where no bound is known.
+    pub fn depth_in_node(&self, node: usize, point: DVec3) -> f64 {
+        let bodies = self.bodies.iter().filter(|body| body.node == node);
+        let depth = |part: &Part| part.solid.depth(part.part_from_node.transform_point3(point));
+        bodies.flat_map(|body| &body.parts).map(depth).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The boxes among the shapes of the links that a node moves: pose in the node's frame, and
+    /// half of each side, m.
+    pub fn boxes_in_node(&self, node: usize) -> impl Iterator<Item = (Pose, DVec3)> + '_ {
+        let parts =
+            self.bodies.iter().filter(move |body| body.node == node).flat_map(|body| &body.parts);
+        parts.filter_map(|part| Some((part.node_from_part, part.solid.box_half_extents()?)))
     }
 
     /// A large ball, in the root frame, that a link rigid with the root contains.

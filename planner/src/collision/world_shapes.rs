@@ -37,6 +37,16 @@ pub(crate) struct Nearby {
 impl Nearby {
     /// An incomplete list.
     pub(crate) const INCOMPLETE: Self = Self { shapes: heapless::Vec::new(), is_complete: false };
+
+    /// The indices of the listed shapes.
+    pub(crate) fn indices(&self) -> impl Iterator<Item = usize> + '_ {
+        self.shapes.iter().map(|(index, _)| *index as usize)
+    }
+
+    /// Their bounding boxes.
+    pub(crate) fn boxes(&self) -> impl Iterator<Item = &Aabb> + '_ {
+        self.shapes.iter().map(|(_, bounds)| bounds)
+    }
 }
 
 impl WorldShapes {
@@ -70,6 +80,19 @@ impl WorldShapes {
         let is_full = |index: usize| shapes.push((index as u32, self.boxes[index])).is_err();
         let is_complete = self.tree.find(|bounds| bounds.overlaps(around), is_full).is_none();
         Nearby { shapes, is_complete }
+    }
+
+    /// Calls `examine` with the bounding box of each shape that overlaps a box.
+    pub(crate) fn for_each_box(&self, around: &Aabb, mut examine: impl FnMut(&Aabb)) {
+        self.tree.find(
+            |bounds| bounds.overlaps(around),
+            |index| {
+                if self.boxes[index].overlaps(around) {
+                    examine(&self.boxes[index]);
+                }
+                false
+            },
+        );
     }
 
     /// Whether the bounding box of any shape comes within `reach` (m) of a point; `nearby` lists
@@ -111,6 +134,13 @@ impl WorldShapes {
             is_within(&shape.solid, &solid, &(shape.shape_from_world * *world_from_box), 0.0)
         };
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
+    }
+
+    /// A lower bound of how far a point lies below the surface of a shape, m; minus infinity where
+    /// no bound is known.
+    pub(crate) fn depth(&self, index: usize, point: DVec3) -> f64 {
+        let shape = &self.shapes[index];
+        shape.solid.depth(shape.shape_from_world * point)
     }
 
     /// The first shape that a ball touches, in the tree's order.

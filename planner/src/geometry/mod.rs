@@ -4,6 +4,7 @@ pub(crate) mod bvh;
 pub(crate) mod convex_hull;
 pub mod convex_region;
 pub(crate) mod coplanar_faces;
+mod depth;
 pub(crate) mod distance;
 pub mod narrow_phase;
 pub(crate) mod polygon;

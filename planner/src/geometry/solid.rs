@@ -142,6 +142,14 @@ impl Solid {
         }
     }
 
+    /// Half of each side, if the solid is a box.
+    pub fn box_half_extents(&self) -> Option<DVec3> {
+        match self {
+            Self::Convex(Convex { core: Core::Box { half_extents }, .. }) => Some(*half_extents),
+            _ => None,
+        }
+    }
+
     /// The radius around the core; 0 for a mesh.
     pub fn radius(&self) -> f64 {
         match self {

@@ -7,6 +7,7 @@ use crate::motion::ids::{GOAL, START};
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
+use crate::possibility::RouteCondition;
 use crate::preparation::planning_context::PlanningContext;
 use crate::relaxation::{Obstruction, RelaxedEnd, RelaxedOutcome, RelaxedProblem, RelaxedWorld};
 
@@ -48,13 +49,17 @@ impl RelaxationStage {
     ) -> Result<Event, ArenaFull> {
         if !std::mem::replace(&mut self.is_begun, true) {
             let ends = [START, GOAL].map(|end| relaxed_end(search, end));
-            self.problem.begin(&relaxed(context), ends);
+            let is_doubtful = search.route.condition() == RouteCondition::Necessary;
+            self.problem.begin(&relaxed(context), ends, is_doubtful);
         }
         for _ in 0..budget.max(1) {
             search.stats.work += 1;
             match self.problem.advance(&relaxed(context)) {
                 None => {}
-                Some(RelaxedOutcome::Open) => return Ok(Event::Done),
+                Some(RelaxedOutcome::Open) => {
+                    self.is_begun = false;
+                    return Ok(Event::Done);
+                }
                 Some(RelaxedOutcome::Obstructed(obstruction)) => {
                     search.outcome = Some(Outcome::Impossible(obstruction));
                     return Ok(Event::Impossible);
@@ -73,7 +78,7 @@ pub(crate) fn obstruction(context: &PlanningContext, search: &Search) -> Option<
     }
     let world = relaxed(context);
     let mut problem = RelaxedProblem::new();
-    problem.begin(&world, [START, GOAL].map(|end| relaxed_end(search, end)));
+    problem.begin(&world, [START, GOAL].map(|end| relaxed_end(search, end)), true);
     loop {
         match problem.advance(&world) {
             None => {}

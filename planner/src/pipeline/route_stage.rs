@@ -14,8 +14,8 @@ use crate::possibility::{
 };
 use crate::preparation::planning_context::PlanningContext;
 
-/// Work units in which most routes are found. Without a route after them, the relaxed problem is
-/// tried.
+/// Work units in which most routes are found. Without a route after them, or with one that meets
+/// C_N alone, the relaxed problem is tried.
 const WORK_BEFORE_RELAXATION: u64 = 1_500;
 
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
@@ -30,6 +30,10 @@ pub(crate) struct RouteStage {
     is_crouching: bool,
     /// Whether the relaxed problem is solved, or left out.
     is_relaxed: bool,
+    /// Whether it is solved once more, legs included, or left out.
+    is_examined: bool,
+    /// Whether a route waits for that.
+    is_waiting: bool,
     /// Work units that may be spent before the relaxed problem is tried.
     work_before_relaxation: u64,
 }
@@ -42,6 +46,8 @@ impl RouteStage {
             stance_width,
             is_crouching: false,
             is_relaxed: false,
+            is_examined: false,
+            is_waiting: false,
             work_before_relaxation: WORK_BEFORE_RELAXATION,
         }
     }
@@ -53,7 +59,7 @@ impl RouteStage {
 
     /// Leaves the relaxed problem out.
     pub fn skip_relaxation(&mut self) {
-        self.is_relaxed = true;
+        (self.is_relaxed, self.is_examined) = (true, true);
     }
 
     /// Grows the trees of stage P, or chooses the crouch profile.
@@ -81,8 +87,15 @@ impl RouteStage {
             self.is_relaxed = true;
             return Ok(Event::NoRouteYet);
         }
-        match self.grow(context, search, limit) {
+        let is_found = std::mem::take(&mut self.is_waiting);
+        let progress = if is_found { Progress::Route } else { self.grow(context, search, limit) };
+        match progress {
             Progress::Growing => return Ok(Event::Continue),
+            Progress::Route | Progress::Exhausted if !self.is_examined && is_doubtful(search) => {
+                (self.is_relaxed, self.is_examined) = (true, true);
+                self.is_waiting = progress == Progress::Route;
+                return Ok(Event::NoRouteYet);
+            }
             Progress::Route => {}
             Progress::Exhausted if !is_relaxed => {
                 self.is_relaxed = true;
@@ -195,6 +208,11 @@ impl RouteStage {
         self.is_crouching = !has_chosen;
         if has_chosen { end(search) } else { Event::Continue }
     }
+}
+
+/// Whether a first route meets C_N alone at best: it may lead through what the robot cannot pass.
+fn is_doubtful(search: &Search) -> bool {
+    search.stats.routes == 0 && search.route.condition() == RouteCondition::Necessary
 }
 
 /// Prepares the other stages for a route that was found. Sweeps visit the vertices with placements

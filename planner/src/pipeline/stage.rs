@@ -83,7 +83,7 @@ pub enum Event {
     NewRoute,
     /// The route has a detour within the current segment.
     Detour,
-    /// Stage P finds no first route quickly.
+    /// Stage P finds no first route quickly, or one that meets C_N alone.
     NoRouteYet,
     /// The relaxed problem has no solution.
     Impossible,

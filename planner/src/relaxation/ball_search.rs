@@ -62,12 +62,20 @@ impl BallSearch {
         }
     }
 
-    /// Begins with a ball of `radius` (m) and no voxels within reach. Returns whether a grid of
-    /// this coarseness shows anything.
-    pub fn begin(&mut self, grid: &Grid, radius: f64) -> bool {
+    /// Begins with a ball of `radius` (m) and no voxels within reach.
+    pub fn begin(&mut self, grid: &Grid, radius: f64) {
         self.near[..grid.columns()].fill(0);
         self.radius = radius;
-        radius - grid.half_diagonal_across(DVec3::X) >= TESTED_RADIUS_MIN
+    }
+
+    /// Whether a grid of this coarseness shows anything about the ball.
+    pub fn shows(&self, grid: &Grid) -> bool {
+        self.radius - grid.half_diagonal_across(DVec3::X) >= TESTED_RADIUS_MIN
+    }
+
+    /// The voxels within reach, by column.
+    pub fn near(&self) -> &[u64] {
+        &self.near
     }
 
     /// Begins a search of the ball's centre from one place to another. Returns whether both are in

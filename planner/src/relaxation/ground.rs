@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 
 use crate::foot_placement::Surfaces;
 use crate::geometry::bvh::Aabb;
-use crate::relaxation::grid::Grid;
-use crate::relaxation::tuning::COLUMNS_PER_ELEMENT;
+use crate::relaxation::grid::{Grid, LEVELS};
+use crate::relaxation::tuning::{COLUMNS_PER_ELEMENT, TOLERANCE};
 
 /// The bounding box of the elements from `first` on, at most `count`, that may carry a sole.
 pub(crate) fn bounds_of(surfaces: &Surfaces, first: u32, count: u32) -> Aabb {
@@ -43,6 +43,31 @@ pub(crate) fn add_element(surfaces: &Surfaces, grid: &Grid, ground: &mut [u64], 
         ground[column] |= grid.levels_in(heights[0], heights[1]);
     }
     1 + count / COLUMNS_PER_ELEMENT
+}
+
+/// Calls `examine` with the heights of each element that may carry a sole, at its points at most
+/// `reach` (m) from a column: the lowest and the highest.
+pub(crate) fn for_each_height(
+    surfaces: &Surfaces,
+    grid: &Grid,
+    (column, reach): (usize, f64),
+    mut examine: impl FnMut([f64; 2]),
+) {
+    let place = grid.voxels(column, [0, LEVELS - 1]);
+    let center = place.center().truncate();
+    let half_diagonal = DVec2::splat(0.5 * grid.cell).length();
+    surfaces.for_each_in(&place.grown(reach + TOLERANCE), |id| {
+        let around = half_diagonal + reach + TOLERANCE + surfaces.radius(id);
+        let (distance, height) = surfaces.distance_and_height(id, center);
+        if !surfaces.may_carry(id) || distance > around {
+            return;
+        }
+        let normal_z = surfaces.normal_z(id).clamp(surfaces.steepest_cos, 1.0);
+        let slope = libm::sqrt(1.0 - normal_z * normal_z) / normal_z;
+        let rise = 2.0 * around * slope + surfaces.radius(id);
+        let bounds = surfaces.bounds(id);
+        examine([bounds.min.z.max(height - rise), bounds.max.z.min(height + rise)]);
+    });
 }
 
 /// The point of the ground in a box that is nearest to a point.

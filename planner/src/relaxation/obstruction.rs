@@ -11,6 +11,8 @@ pub enum Obstruction {
     Gap(GroundGap),
     /// The root cannot pass.
     Blockage(Blockage),
+    /// The legs do not hold the root where it could pass.
+    Enclosure(Enclosure),
 }
 
 /// The missing ground between two parts that no step connects.
@@ -49,12 +51,24 @@ pub struct Blockage {
     pub reach: f64,
 }
 
+/// A shape that closes all ways on which a leg connects the root with the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Enclosure {
+    /// The shape of the world.
+    pub shape: usize,
+    /// Where it blocks, as near to the start as the root comes from the goal, m.
+    pub at: DVec3,
+    /// Upper bound of the length from a touched point along a leg to the root, m.
+    pub leg: f64,
+}
+
 impl Obstruction {
     /// The obstruction as a clause for messages.
     pub fn describe(&self, collision: &CollisionModel) -> String {
         match self {
             Self::Gap(gap) => gap.describe(),
             Self::Blockage(blockage) => blockage.describe(collision),
+            Self::Enclosure(enclosure) => enclosure.describe(collision),
         }
     }
 }
@@ -101,6 +115,19 @@ impl Blockage {
             point(self.at),
             self.radius,
             self.reach
+        )
+    }
+}
+
+impl Enclosure {
+    fn describe(&self, collision: &CollisionModel) -> String {
+        format!(
+            "'{}' closes every way, here near {}: past it the robot's root passes nowhere from \
+             which a leg, {:.2} m from sole to root, leads around all shapes to ground that steps \
+             reach",
+            collision.shape_name(self.shape).unwrap_or_default(),
+            point(self.at),
+            self.leg
         )
     }
 }

@@ -9,13 +9,16 @@ use crate::constraints::constraints::Constraints;
 use crate::foot_placement::Surfaces;
 use crate::geometry::bvh::Aabb;
 use crate::relaxation::ball_search::{BallSearch, Passage};
+use crate::relaxation::curve_search::{CurveSearch, RootWay};
 use crate::relaxation::gap_search::GapSearch;
 use crate::relaxation::grid::{Disc, Grid};
-use crate::relaxation::ground::{add_element, bounds_of};
-use crate::relaxation::obstruction::{Blockage, Obstruction};
+use crate::relaxation::ground::{add_element, bounds_of, for_each_height};
+use crate::relaxation::leg_curve::LegCurve;
+use crate::relaxation::obstruction::{Blockage, Enclosure, Obstruction};
 use crate::relaxation::step_search::StepSearch;
 use crate::relaxation::tuning::{
-    COLUMNS_MAX, COLUMNS_PER_UNIT, ELEMENTS_PER_UNIT, PART_MARGIN, TOLERANCE,
+    COLUMNS_MAX, COLUMNS_PER_UNIT, ELEMENTS_PER_UNIT, PART_MARGIN, SOLE_TILT_TAN, TOLERANCE,
+    VISITS_PER_UNIT,
 };
 use crate::robot::bounding_spheres::BoundingSphere;
 use crate::robot::mechanism::Mechanism;
@@ -60,6 +63,8 @@ struct Bounds {
     ball: Option<BoundingSphere>,
     /// Greatest distance of its centre from a point that a foot touches, m.
     ball_reach: f64,
+    /// The curve from there along a leg to the ball's centre.
+    curve: Option<LegCurve>,
 }
 
 /// The part of the relaxed problem that is next.
@@ -79,6 +84,12 @@ enum Part {
     Reach(usize),
     /// The way of the ball, from one end to the other.
     Pass(usize),
+    /// The feet on the reached ground, from a column on.
+    Feet(usize),
+    /// The places where legs hold the root.
+    Legs,
+    /// The way of the root through them.
+    Root,
     Over(RelaxedOutcome),
 }
 
@@ -90,11 +101,14 @@ pub(crate) struct RelaxedProblem {
     grid: Option<Grid>,
     /// Whether there is ground beyond the grid.
     is_clipped: bool,
+    /// Whether the legs are examined even where the ball finds a way.
+    is_thorough: bool,
     ground: Vec<u64>,
     disc: Disc,
     steps: [StepSearch; 2],
     gap: GapSearch,
     ball: BallSearch,
+    curves: CurveSearch,
     part: Part,
 }
 
@@ -106,18 +120,22 @@ impl RelaxedProblem {
             ends: Default::default(),
             grid: None,
             is_clipped: false,
+            is_thorough: false,
             ground: vec![0; COLUMNS_MAX],
             disc: Disc::new(),
             steps: [StepSearch::new(), StepSearch::new()],
             gap: GapSearch::new(),
             ball: BallSearch::new(),
+            curves: CurveSearch::new(),
             part: Part::Over(RelaxedOutcome::Open),
         }
     }
 
-    /// Begins with a robot in a world, between two ends.
-    pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2]) {
+    /// Begins with a robot in a world, between two ends; `is_thorough` says whether the legs are
+    /// examined even where a ball in the root finds a way.
+    pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2], is_thorough: bool) {
         (self.bounds, self.ends, self.grid) = (Bounds::of(world), ends, None);
+        self.is_thorough = is_thorough;
         self.part = Part::Measure(0, Aabb::EMPTY);
     }
 
@@ -133,6 +151,9 @@ impl RelaxedProblem {
             (Part::Gap(column), Some(grid)) => self.compare(world, &grid, column),
             (Part::Reach(column), Some(grid)) => self.extend_reach(&grid, column),
             (Part::Pass(end), Some(grid)) => self.pass(world, &grid, end),
+            (Part::Feet(column), Some(grid)) => self.add_feet(world, &grid, column),
+            (Part::Legs, Some(grid)) => self.extend_legs(world, &grid),
+            (Part::Root, Some(grid)) => self.pass_root(world, &grid),
         };
         self.part = part;
         match part {
@@ -194,8 +215,10 @@ impl RelaxedProblem {
             return Part::StepsFromGoal;
         }
         let Some(ball) = self.bounds.ball else { return Part::Over(RelaxedOutcome::Open) };
-        let shows = self.ball.begin(grid, ball.radius)
-            && self.disc.set(grid, self.bounds.ball_reach + TOLERANCE);
+        self.ball.begin(grid, ball.radius);
+        // The points of a leg as a curve are within the same reach.
+        let leg = self.bounds.curve.map_or(0.0, |curve| curve.whole_length());
+        let shows = self.disc.set(grid, self.bounds.ball_reach.max(leg) + TOLERANCE);
         if shows { Part::Reach(0) } else { Part::Over(RelaxedOutcome::Open) }
     }
 
@@ -244,8 +267,10 @@ impl RelaxedProblem {
     /// Begins the way of the ball from an end: first from the goal, then from the
     /// start. A closed space around either is small.
     fn start_passing(&mut self, grid: &Grid, end: usize) -> Part {
-        let center = self.bounds.ball.map_or(DVec3::ZERO, |ball| ball.center);
-        let centers = [end, 1 - end].map(|end| self.ends[end].world_from_root * center);
+        if !self.ball.shows(grid) {
+            return self.begin_legs(grid);
+        }
+        let centers = [end, 1 - end].map(|end| self.ball_center(end));
         let is_inside = self.ball.start(grid, centers);
         if is_inside { Part::Pass(end) } else { Part::Over(RelaxedOutcome::Open) }
     }
@@ -263,8 +288,64 @@ impl RelaxedProblem {
                 let blockage = Blockage { shape, at, radius, reach };
                 Part::Over(RelaxedOutcome::Obstructed(Obstruction::Blockage(blockage)))
             }
+            Some(Passage::Open) if !self.is_thorough => Part::Over(RelaxedOutcome::Open),
+            Some(_) => self.begin_legs(grid),
+        }
+    }
+
+    /// Begins with the curves of the legs, if the voxels suit them.
+    fn begin_legs(&mut self, grid: &Grid) -> Part {
+        let is_whole = !(self.is_clipped && self.steps[0].is_open);
+        let curve = self.bounds.curve.filter(|_| is_whole);
+        let suits = curve.is_some_and(|curve| self.curves.begin(grid, &curve));
+        if suits { Part::Feet(0) } else { Part::Over(RelaxedOutcome::Open) }
+    }
+
+    /// Adds the feet on the reached ground at some columns.
+    fn add_feet(&mut self, world: &RelaxedWorld<'_>, grid: &Grid, first: usize) -> Part {
+        let to_foot = self.bounds.curve.map_or(0.0, |curve| curve.to_foot);
+        let (mut column, mut visits) = (first, 0);
+        while column < grid.columns() && visits < VISITS_PER_UNIT {
+            let reached = self.steps[0].reached_around(grid, column);
+            visits += u32::from(reached != 0);
+            let collision = &world.constraints.collision;
+            let curves = &mut self.curves;
+            for_each_height(world.surfaces, grid, (column, to_foot), |heights| {
+                if reached & grid.levels_in(heights[0], heights[1]) != 0 {
+                    visits += curves.add_ground(grid, collision, column, heights);
+                }
+            });
+            column += 1;
+        }
+        if column < grid.columns() { Part::Feet(column) } else { Part::Legs }
+    }
+
+    fn extend_legs(&mut self, world: &RelaxedWorld<'_>, grid: &Grid) -> Part {
+        if !self.curves.extend_legs(grid, &world.constraints.collision, self.ball.near()) {
+            return Part::Legs;
+        }
+        let is_inside = self.curves.start_root(grid, self.ball_center(1));
+        if is_inside { Part::Root } else { Part::Over(RelaxedOutcome::Open) }
+    }
+
+    fn pass_root(&mut self, world: &RelaxedWorld<'_>, grid: &Grid) -> Part {
+        let is_open = |column| self.is_clipped && grid.is_near_border(column, grid.cell);
+        let target = (self.ball_center(0), self.ball.near());
+        match self.curves.pass(grid, &world.constraints.collision, target, is_open) {
+            None => Part::Root,
+            Some(RootWay::Closed(Some((shape, at)))) => {
+                let leg = self.bounds.curve.map_or(0.0, |curve| curve.whole_length());
+                let enclosure = Enclosure { shape, at, leg };
+                Part::Over(RelaxedOutcome::Obstructed(Obstruction::Enclosure(enclosure)))
+            }
             Some(_) => Part::Over(RelaxedOutcome::Open),
         }
+    }
+
+    /// The centre of the ball in the root at an end.
+    fn ball_center(&self, end: usize) -> DVec3 {
+        let center = self.bounds.ball.map_or(DVec3::ZERO, |ball| ball.center);
+        self.ends[end].world_from_root * center
     }
 
     /// Bytes reserved.
@@ -274,6 +355,7 @@ impl RelaxedProblem {
             + self.steps.iter().map(StepSearch::bytes).sum::<usize>()
             + self.gap.bytes()
             + self.ball.bytes()
+            + self.curves.bytes()
     }
 }
 
@@ -296,6 +378,10 @@ impl Bounds {
             sole_radius: radii[0].max(radii[1]),
             span: world.step_reach + radii[0] + radii[1],
             ball,
+            curve: ball.and_then(|ball| {
+                let steepest_tan = world.surfaces.steepest_tan() + SOLE_TILT_TAN;
+                LegCurve::of(robot, &world.constraints.collision, &ball, steepest_tan)
+            }),
             ball_reach: (0..2).map(|limb| ball_reach(robot, limb, center)).fold(0.0, f64::max),
         }
     }

@@ -2,33 +2,12 @@
 
 use glam::DVec3;
 
+use crate::relaxation::column_queue::ColumnQueue;
 use crate::relaxation::grid::{Disc, Grid, spread};
 use crate::relaxation::tuning::{COLUMNS_MAX, COLUMNS_PER_UNIT};
 
 /// Levels by which continuous ground rises or falls at most from one column to the next.
 const EDGE_LEVELS: u32 = 2;
-
-/// Columns that wait for their turn, each at most once.
-#[derive(Debug)]
-struct ColumnQueue {
-    columns: Vec<u32>,
-    first: usize,
-    len: usize,
-}
-
-impl ColumnQueue {
-    fn push(&mut self, column: usize) {
-        let at = (self.first + self.len) % self.columns.len();
-        self.columns[at] = column as u32;
-        self.len += 1;
-    }
-
-    fn pop(&mut self) -> Option<usize> {
-        let column = (self.len > 0).then(|| self.columns[self.first] as usize)?;
-        (self.first, self.len) = ((self.first + 1) % self.columns.len(), self.len - 1);
-        Some(column)
-    }
-}
 
 /// The voxels of ground that steps reach from one end, and those from which it goes on.
 #[derive(Debug)]
@@ -49,7 +28,7 @@ impl StepSearch {
             reached: vec![0; COLUMNS_MAX],
             is_open: false,
             fresh: vec![0; COLUMNS_MAX],
-            queue: ColumnQueue { columns: vec![0; COLUMNS_MAX], first: 0, len: 0 },
+            queue: ColumnQueue::new(COLUMNS_MAX),
         }
     }
 
@@ -57,7 +36,8 @@ impl StepSearch {
     pub fn begin(&mut self, grid: &Grid, ground: &[u64], soles: &[DVec3], radius: f64) {
         self.reached[..grid.columns()].fill(0);
         self.fresh[..grid.columns()].fill(0);
-        (self.queue.first, self.queue.len, self.is_open) = (0, 0, false);
+        self.queue.clear();
+        self.is_open = false;
         for sole in soles {
             let (low, high) = (sole - DVec3::splat(radius), sole + DVec3::splat(radius));
             for column in grid.columns_in(low.truncate(), high.truncate()) {
@@ -105,6 +85,13 @@ impl StepSearch {
         })
     }
 
+    /// The reached levels of a column and of the eight around it.
+    pub fn reached_around(&self, grid: &Grid, column: usize) -> u64 {
+        let offsets = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [dx, dy]));
+        let columns = offsets.filter_map(|offset| grid.neighbor(column, offset));
+        columns.fold(0, |all, other| all | self.reached[other])
+    }
+
     /// Whether the reached ground ends beside a column.
     pub fn is_edge(&self, grid: &Grid, column: usize) -> bool {
         let here = self.reached[column];
@@ -119,6 +106,6 @@ impl StepSearch {
     pub fn bytes(&self) -> usize {
         size_of_val(self.reached.as_slice())
             + size_of_val(self.fresh.as_slice())
-            + size_of_val(self.queue.columns.as_slice())
+            + self.queue.bytes()
     }
 }

@@ -17,6 +17,25 @@ pub(crate) const PASSED_MAX: usize = 25_000;
 /// Smallest radius of the ball that is tested between two voxels, m.
 pub(crate) const TESTED_RADIUS_MIN: f64 = 1e-3;
 
+// Legs as curves.
+
+/// Distance from the world that covered points of a leg keep, m.
+pub(crate) const CURVE_RADIUS: f64 = 0.044;
+/// How deep in the robot's shapes they lie, m.
+pub(crate) const COVER_DEPTH: f64 = 0.0445;
+/// Greatest depth of points in the box of a foot, m.
+pub(crate) const FOOT_DEPTH_MAX: f64 = 0.03;
+/// How deep a stance foot may sink into the world, m.
+pub(crate) const FOOT_SINK: f64 = 2e-3;
+/// Tangent of the tilt of a sole against the ground, with a reserve.
+pub(crate) const SOLE_TILT_TAN: f64 = 0.1;
+/// Distance within which voxels touch, m: rounding.
+pub(crate) const TOUCHING: f64 = 1e-6;
+/// Distance of the points of a leg whose depth is measured, m.
+pub(crate) const CURVE_SPACING: f64 = 1e-3;
+/// Joints at most this far apart turn about the same point, m.
+pub(crate) const SAME_POINT: f64 = 1e-6;
+
 // Pieces of work of about ten microseconds.
 
 /// Surface elements that are measured or rasterized.
@@ -25,5 +44,7 @@ pub(crate) const ELEMENTS_PER_UNIT: u32 = 64;
 pub(crate) const COLUMNS_PER_ELEMENT: usize = 8;
 /// Columns from which steps or legs reach others.
 pub(crate) const COLUMNS_PER_UNIT: usize = 4;
+/// Columns from which legs go on, and voxels that are tested for them.
+pub(crate) const VISITS_PER_UNIT: u32 = 64;
 /// Voxels from which the root's ball moves on.
 pub(crate) const VOXELS_PER_UNIT: usize = 6;
