@@ -47,6 +47,11 @@ SETTLE, HOLD = 0.5, 1.0
 CHECK_EVERY = 10
 # A robot whose root is this far from the plan (m), or tilted this far (rad), falls.
 FALL_DISTANCE, FALL_TILT = 0.25, 0.7
+# A cylinder whose axis rises less than this (sine) is a capsule, with a cap beyond each end: MuJoCo
+# computes contacts of a box with a capsule in closed form. Of a box with a cylinder, both flat on
+# each other, it finds normals that point along the ground: a sole whose edge is a millimetre beyond
+# a bar's highest line is pushed off the bar.
+LYING = 0.5
 # Half of the height of a sole's box, m. Triangles of world meshes are this thick.
 SOLE_HALF, SLAB = 0.01, 0.03
 
@@ -229,6 +234,8 @@ def add_world(top, plan, folder, friction):
             "capsule": lambda: [shape["radius"], 0.5 * shape["length"]],
         }
         if kind in sizes:
+            lies = kind == "cylinder" and abs(rotation(pose["quat_xyzw"])[2, 2]) < LYING
+            kind = "capsule" if lies else kind
             xml.SubElement(world, "geom", type=kind, size=numbers(sizes[kind]()), **placed, **common)
         elif kind == "convex" and "points" in shape:
             hull(shape["points"], placed)

@@ -17,6 +17,10 @@ pub mod kinematics;
 pub mod plan;
 pub mod statics;
 
+#[cfg(test)]
+#[path = "../tests/check_robot/mod.rs"]
+mod check_robot;
+
 pub use check::checker::Checker;
 pub use check::{Course, MotionSegment, Reserves, SegmentReport, Stop, Violation};
 pub use chunk::Identity;

@@ -446,3 +446,42 @@ fn links_beside_a_prismatic_joint_are_measured_over_its_range() {
     sliding.links[3].shapes = vec![sleeve];
     assert_near(&allowed(&sliding), &[40.0, 10.0], 0.06);
 }
+
+#[test]
+fn a_rod_that_is_met_soon_after_a_waypoint_and_left_behind_at_once_is_found() {
+    // The hand is clear of the rod by 5 mm at the first waypoint, 2.5 cm later 4 mm deep in it,
+    // and 2.5 cm clear in the middle of the step.
+    let rod = |x: f64, z: f64| {
+        ("rod", at(x, 0.25, z), Shape::Capsule { radius: 0.005, half_length: 0.0 })
+    };
+    let step = swing((0.0, 0.0), (0.2, 0.0), 2);
+    let height = 1.1 - 0.75 * libm::cos(0.0333);
+    let met = check_in(robot(), world(vec![rod(-0.025, height - 0.031)]), &step);
+    let (violation, _) = refusal(met, Check::Collision);
+    assert!(violation.detail.contains("forearm overlaps rod"), "{violation}");
+    check_in(robot(), world(vec![rod(-0.025, height - 0.034)]), &step).unwrap();
+    check_in(robot(), world(vec![rod(0.03, height - 0.031)]), &step).unwrap();
+}
+
+#[test]
+fn the_air_under_a_sole_and_its_displacement_are_one_budget() {
+    let mut lower = world(vec![]);
+    lower.shapes[0].world_from_shape = at(0.0, 0.0, -0.2516);
+    let mut feet = both_feet();
+    feet[1].position[0] = 1.5e-3;
+    let motion = still();
+    let result = checker(robot(), lower)
+        .check_segment(&double(&feet, &motion, Course::Straight), &mut || {});
+    let (_, numbers) = refusal(result, Check::Contact);
+    assert_near(&numbers, &[3.1, 3.0], 1e-9);
+}
+
+#[test]
+fn a_violation_on_a_curve_names_the_received_waypoint_before_it() {
+    let motion = swing((2.3, 0.0), (2.51, 0.0), 3);
+    let feet = both_feet();
+    let result = checker(robot(), world(vec![]))
+        .check_segment(&double(&feet, &motion, Course::Smooth(&[])), &mut || {});
+    let (violation, _) = refusal(result, Check::Limits);
+    assert_eq!(violation.waypoint, 1);
+}

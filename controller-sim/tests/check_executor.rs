@@ -13,6 +13,7 @@ use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::config::scenario::{GoalTolerance, StancePose};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
 
 const IDENTITY: Identity = Identity {
@@ -313,6 +314,31 @@ fn the_last_chunk_ends_at_the_goal() {
     assert!(detail.contains("ends on one foot"), "{detail}");
     // A plan whose last chunk is called another one is not finished, and has not arrived.
     assert_eq!(refusal_at(3.0, 0.0, &|last| last.flags = 0), None);
+}
+
+#[test]
+fn a_controller_that_serves_holds_a_plan_to_the_goal_that_it_states() {
+    let refusal_with = |x: f64, stance_width: f64| {
+        let mut executor = executor().ending_as_stated(GoalTolerance { position: 0.1, yaw: 0.15 });
+        executor.check_and_execute(&first()).expect("only the last chunk states the goal");
+        let mut last = second();
+        last.flags = FLAG_LAST;
+        last.goal = StancePoseData { position: [x, 0.0, 0.05], yaw: 0.1, stance_width };
+        let refusal = executor.check_and_execute(&signed(last)).err();
+        assert_eq!(refusal.is_none(), executor.finished());
+        refusal.map(|refusal| (refusal.check, refusal.detail))
+    };
+    assert_eq!(refusal_with(0.09, 0.2), None);
+    for (x, stance_width, check, words) in [
+        (0.13, 0.2, Check::Continuity, "left sole 0.120 m beside its place at the goal"),
+        (0.0, 0.0, Check::Continuity, "does not state the goal"),
+        (f64::NAN, 0.2, Check::Malformed, "goal with a number out of range"),
+        (0.0, -0.2, Check::Malformed, "goal with a number out of range"),
+        (0.0, f64::NAN, Check::Malformed, "goal with a number out of range"),
+    ] {
+        let refusal = refusal_with(x, stance_width).expect("must be refused");
+        assert!(refusal.0 == check && refusal.1.contains(words), "{refusal:?}");
+    }
 }
 
 #[test]

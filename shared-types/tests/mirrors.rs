@@ -88,12 +88,12 @@ fn messages() -> Vec<Message> {
     vec![
         message::<Waypoint>("Waypoint"),
         message::<Contact>("Contact"),
+        message::<StancePoseData>("StancePoseData"),
         message::<PlanChunk>("PlanChunk"),
         message::<Margins>("Margins"),
         message::<RestState>("RestState"),
         message::<WorldCorrection>("WorldCorrection"),
         message::<Feedback>("Feedback"),
-        message::<StancePoseData>("StancePoseData"),
         message::<PlanRequest>("PlanRequest"),
         message::<RequestRecord>("RequestRecord"),
         message::<PlanStatus>("PlanStatus"),

@@ -104,8 +104,11 @@ impl<'a> Controller<'a> {
             None => ChunkExecutor::new(checker, identity).starting_at(scenario.start),
         };
         let Scenario { goal: stance, goal_tolerance: tolerance, .. } = scenario;
-        let goal = Goal { stance, tolerance };
-        let executor = if arguments.serve { executor } else { executor.ending_at(goal) };
+        let executor = if arguments.serve {
+            executor.ending_as_stated(tolerance)
+        } else {
+            executor.ending_at(Goal { stance, tolerance })
+        };
         let simulation = &arguments.simulation;
         let walk = WalkOptions {
             rate: simulation.rate,

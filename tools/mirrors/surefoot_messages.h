@@ -228,8 +228,24 @@ static_assert(offsetof(surefoot_Contact, position) == 8, "offset");
 static_assert(offsetof(surefoot_Contact, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_Contact, polygon) == 64, "offset");
 
+#define SUREFOOT_STANCE_POSE_DATA_TYPE_NAME "surefoot.StancePoseData.v1"
+#define SUREFOOT_STANCE_POSE_DATA_LAYOUT "8300c6518c01d2f8"
+/* A StancePose in shared memory. */
+typedef struct {
+    /* Midpoint of the two sole frames in the world, m. */
+    double position[3];
+    /* Heading about the world's z axis, rad. */
+    double yaw;
+    /* Lateral distance between the two sole frames, m. */
+    double stance_width;
+} surefoot_StancePoseData;
+static_assert(sizeof(surefoot_StancePoseData) == 40, "size");
+static_assert(offsetof(surefoot_StancePoseData, position) == 0, "offset");
+static_assert(offsetof(surefoot_StancePoseData, yaw) == 24, "offset");
+static_assert(offsetof(surefoot_StancePoseData, stance_width) == 32, "offset");
+
 #define SUREFOOT_PLAN_CHUNK_TYPE_NAME "surefoot.PlanChunk.v2"
-#define SUREFOOT_PLAN_CHUNK_LAYOUT "829b34067a814b71"
+#define SUREFOOT_PLAN_CHUNK_LAYOUT "eeecee545023fa74"
 /* A part of a plan within one support mode. Its first waypoint repeats the last one of the chunk
    before. Every waypoint is statically stable. The robot may stop along the chunk's path. The
    controller walks plan time at a rate: normally 1 s of the plan each second. If the next chunk
@@ -285,8 +301,11 @@ typedef struct {
     surefoot_Contact contacts[SUREFOOT_CONTACTS_MAX];
     /* The motion. */
     surefoot_Waypoint waypoints[SUREFOOT_CHUNK_WAYPOINTS_MAX];
+    /* The goal that the plan was asked for; of width 0 where the sender states none. It is no
+       part of the stream's digest, since the plan does not depend on who asked for it. */
+    surefoot_StancePoseData goal;
 } surefoot_PlanChunk;
-static_assert(sizeof(surefoot_PlanChunk) == 55784, "size");
+static_assert(sizeof(surefoot_PlanChunk) == 55824, "size");
 static_assert(offsetof(surefoot_PlanChunk, schema) == 0, "offset");
 static_assert(offsetof(surefoot_PlanChunk, session) == 8, "offset");
 static_assert(offsetof(surefoot_PlanChunk, target_controller) == 16, "offset");
@@ -309,6 +328,7 @@ static_assert(offsetof(surefoot_PlanChunk, config) == 168, "offset");
 static_assert(offsetof(surefoot_PlanChunk, stream) == 200, "offset");
 static_assert(offsetof(surefoot_PlanChunk, contacts) == 232, "offset");
 static_assert(offsetof(surefoot_PlanChunk, waypoints) == 1512, "offset");
+static_assert(offsetof(surefoot_PlanChunk, goal) == 55784, "offset");
 
 #define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v2"
 #define SUREFOOT_MARGINS_LAYOUT "2b108052f02d4347"
@@ -472,22 +492,6 @@ static_assert(offsetof(surefoot_Feedback, stream) == 136, "offset");
 static_assert(offsetof(surefoot_Feedback, margins) == 168, "offset");
 static_assert(offsetof(surefoot_Feedback, rest_state) == 232, "offset");
 static_assert(offsetof(surefoot_Feedback, corrections) == 3216, "offset");
-
-#define SUREFOOT_STANCE_POSE_DATA_TYPE_NAME "surefoot.StancePoseData.v1"
-#define SUREFOOT_STANCE_POSE_DATA_LAYOUT "8300c6518c01d2f8"
-/* A StancePose in shared memory. */
-typedef struct {
-    /* Midpoint of the two sole frames in the world, m. */
-    double position[3];
-    /* Heading about the world's z axis, rad. */
-    double yaw;
-    /* Lateral distance between the two sole frames, m. */
-    double stance_width;
-} surefoot_StancePoseData;
-static_assert(sizeof(surefoot_StancePoseData) == 40, "size");
-static_assert(offsetof(surefoot_StancePoseData, position) == 0, "offset");
-static_assert(offsetof(surefoot_StancePoseData, yaw) == 24, "offset");
-static_assert(offsetof(surefoot_StancePoseData, stance_width) == 32, "offset");
 
 #define SUREFOOT_PLAN_REQUEST_TYPE_NAME "surefoot.PlanRequest.v1"
 #define SUREFOOT_PLAN_REQUEST_LAYOUT "b4122f3f7d120018"

@@ -53,8 +53,21 @@ class Contact(ctypes.Structure):
         return "surefoot.Contact.v1"
 
 
+class StancePoseData(ctypes.Structure):
+    LAYOUT = "8300c6518c01d2f8"
+    _fields_ = [
+        ("position", ctypes.c_double * 3),
+        ("yaw", ctypes.c_double),
+        ("stance_width", ctypes.c_double),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.StancePoseData.v1"
+
+
 class PlanChunk(ctypes.Structure):
-    LAYOUT = "829b34067a814b71"
+    LAYOUT = "eeecee545023fa74"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("session", ctypes.c_uint64),
@@ -78,6 +91,7 @@ class PlanChunk(ctypes.Structure):
         ("stream", Digest),
         ("contacts", Contact * CONTACTS_MAX),
         ("waypoints", Waypoint * CHUNK_WAYPOINTS_MAX),
+        ("goal", StancePoseData),
     ]
 
     @staticmethod
@@ -165,19 +179,6 @@ class Feedback(ctypes.Structure):
     @staticmethod
     def type_name() -> str:
         return "surefoot.Feedback.v1"
-
-
-class StancePoseData(ctypes.Structure):
-    LAYOUT = "8300c6518c01d2f8"
-    _fields_ = [
-        ("position", ctypes.c_double * 3),
-        ("yaw", ctypes.c_double),
-        ("stance_width", ctypes.c_double),
-    ]
-
-    @staticmethod
-    def type_name() -> str:
-        return "surefoot.StancePoseData.v1"
 
 
 class PlanRequest(ctypes.Structure):
@@ -385,7 +386,7 @@ class SetPoint(ctypes.Structure):
 
 
 if __name__ == "__main__":
-    for message in [Waypoint, Contact, PlanChunk, Margins, RestState, WorldCorrection, Feedback, StancePoseData, PlanRequest, RequestRecord, PlanStatus, FootForce, SimulationState, Name, JointDescription, FootDescription, Description, FootSchedule, SetPoint]:
+    for message in [Waypoint, Contact, StancePoseData, PlanChunk, Margins, RestState, WorldCorrection, Feedback, PlanRequest, RequestRecord, PlanStatus, FootForce, SimulationState, Name, JointDescription, FootDescription, Description, FootSchedule, SetPoint]:
         print(message.__name__, ctypes.sizeof(message))
         for name, _ in message._fields_:
             field = getattr(message, name)

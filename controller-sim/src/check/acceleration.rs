@@ -199,6 +199,7 @@ fn lowest_speed((_, most): (f64, f64), way: f64, seconds: f64, limit: f64) -> f6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check_robot::randoms;
 
     /// The least and the highest speed after a way from one speed, by trying motions that go to
     /// some speed, keep it for a while, and go on to the last one.
@@ -285,18 +286,9 @@ mod tests {
         }
     }
 
-    fn randoms() -> impl FnMut(f64, f64) -> f64 {
-        let mut state = 7_u64;
-        move |low, high| {
-            state =
-                state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
-            low + (high - low) * ((state >> 11) as f64 / (1_u64 << 53) as f64)
-        }
-    }
-
     #[test]
     fn every_motion_within_the_limit_ends_at_a_speed_that_can_be_reached() {
-        let mut random = randoms();
+        let mut random = randoms(7);
         let mut tried = 0;
         for _ in 0..20_000 {
             let limit = random(0.5, 10.0);
@@ -338,7 +330,7 @@ mod tests {
 
     #[test]
     fn the_fastest_and_the_slowest_end_are_those_of_late_and_of_early_acceleration() {
-        let mut random = randoms();
+        let mut random = randoms(7);
         let (mut fastest, mut slowest) = (0, 0);
         for _ in 0..5_000 {
             let (limit, seconds) = (random(0.5, 10.0), random(0.2, 1.5));

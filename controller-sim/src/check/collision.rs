@@ -180,3 +180,50 @@ impl CollisionModel {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use surefoot_shared_types::Shape;
+
+    use super::*;
+    use crate::check::motion::{Change, SampledMotion, Spacing};
+    use crate::check_robot::{at, robot, waypoint, world};
+    use crate::kinematics::forward::Configuration;
+
+    /// A closed box as a mesh, 0.2 m wide.
+    fn block() -> Shape {
+        let corner = |i: u32| {
+            DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 0.2 - 0.1
+        };
+        let quads =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let halves = |q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]];
+        let triangles = quads.iter().flat_map(halves).collect();
+        Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source: None }
+    }
+
+    #[test]
+    fn the_middle_of_a_link_may_not_lie_inside_a_closed_mesh() {
+        let inside = |place: Pose, shape: Shape| {
+            let model = robot();
+            let bodies = CollisionBody::of_robot(&model).unwrap();
+            let there = CollisionBody::of_world(&world(vec![("rock", place, shape)])).unwrap();
+            let collisions = CollisionModel::new(&model, &[], bodies, there);
+            let standing = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.05, 0.0)];
+            let configurations = standing.each_ref().map(|at| Configuration::of_waypoint(at, 4));
+            let changes = vec![Change::between(&configurations[0], &configurations[1])];
+            let motion = SampledMotion::new(&model, &standing, Spacing { changes });
+            // Only waypoints are tested.
+            collisions.check_inside(&motion.samples[1]).unwrap();
+            collisions.check_inside(&motion.samples[0])
+        };
+        // The forearm's middle is at a height of 0.5 m.
+        let violation = inside(at(0.0, 0.25, 0.55), block()).unwrap_err();
+        assert!(violation.detail.contains("forearm is inside the closed mesh rock"), "{violation}");
+        inside(at(0.0, 0.25, 0.3), block()).unwrap();
+        inside(at(0.0, 0.45, 0.5), block()).unwrap();
+        let Shape::Mesh { vertices, mut triangles, source } = block() else { unreachable!() };
+        triangles.pop();
+        inside(at(0.0, 0.25, 0.55), Shape::Mesh { vertices, triangles, source }).unwrap();
+    }
+}

@@ -308,3 +308,144 @@ pub fn overlap_violation(
     );
     Violation::new(check, waypoint, detail)
 }
+
+#[cfg(test)]
+mod tests {
+    use surefoot_shared_types::message::Waypoint;
+    use surefoot_shared_types::robot::model::RobotModel;
+    use surefoot_shared_types::world::world::World;
+
+    use super::*;
+    use crate::check::allowed_pairs::self_pairs;
+    use crate::check::tuning::DISTANCE_CAP;
+    use crate::check_robot::{at, box_of, randoms, robot, waypoint, world};
+    use crate::geometry::separation::separation;
+
+    const PENETRATION_MAX: f64 = 2e-3;
+
+    /// All bodies, and the pairs of one kind.
+    struct Scene {
+        model: RobotModel,
+        robot: Vec<CollisionBody>,
+        world: Vec<CollisionBody>,
+        poses: Vec<SolidPose>,
+        pairs: Vec<BodyPair>,
+    }
+
+    impl Scene {
+        fn new(world: &World, of_robot: bool) -> Self {
+            let model = robot();
+            let robot = CollisionBody::of_robot(&model).unwrap();
+            let world = CollisionBody::of_world(world).unwrap();
+            let poses = world.iter().map(|body| SolidPose::new(body, &Pose::IDENTITY)).collect();
+            let pairs: Vec<BodyPair> = if of_robot {
+                self_pairs(&model, &robot).iter().map(BodyPair::of_robot).collect()
+            } else {
+                let pairs = (0..robot.len()).flat_map(|a| (0..world.len()).map(move |b| (a, b)));
+                pairs.map(|(a, b)| BodyPair::new(a, OtherBody::World(b), true)).collect()
+            };
+            Self { model, robot, world, poses, pairs }
+        }
+
+        /// The smallest distance by the check, or that at which it is refused.
+        fn checked(&mut self, configurations: &[Configuration]) -> Result<f64, Violation> {
+            let lever_arms: Vec<LeverArms> =
+                self.robot.iter().map(|body| LeverArms::new(&self.model, body)).collect();
+            let mut collision = ContinuousCollision {
+                model: &self.model,
+                robot: &self.robot,
+                world: &self.world,
+                world_poses: &self.poses,
+                lever_arms: &lever_arms,
+                pairs: &mut self.pairs,
+                check: Check::Collision,
+                penetration_max: PENETRATION_MAX,
+                worst: DISTANCE_CAP,
+            };
+            collision.run(configurations, &mut || {})?;
+            Ok(collision.worst)
+        }
+
+        /// The smallest distance over many instants, at most [`DISTANCE_CAP`].
+        fn sampled(&self, configurations: &[Configuration], count: u32) -> f64 {
+            let mut worst = DISTANCE_CAP;
+            for pair in configurations.windows(2) {
+                for step in 0..=count {
+                    let part = f64::from(step) / f64::from(count);
+                    let posture = Posture::new(&self.model, &pair[0].towards(&pair[1], part));
+                    let placed = |body: &CollisionBody| {
+                        SolidPose::new(body, &posture.world_from_link[body.link.unwrap()])
+                    };
+                    for BodyPair { body, other_body, .. } in &self.pairs {
+                        let first = &self.robot[*body];
+                        let (second, there) = match other_body {
+                            OtherBody::Robot(other) => {
+                                (&self.robot[*other], placed(&self.robot[*other]))
+                            }
+                            OtherBody::World(other) => (&self.world[*other], self.poses[*other]),
+                        };
+                        let solids = ((&first.solid, &placed(first)), (&second.solid, &there));
+                        let found = separation(solids.0, solids.1, DVec3::X, DISTANCE_CAP);
+                        worst = worst.min(found.distance);
+                    }
+                }
+            }
+            worst
+        }
+    }
+
+    #[test]
+    fn the_distance_over_a_motion_is_that_of_its_nearest_instant() {
+        let mut random = randoms(11);
+        let (mut clear, mut refused) = (0, 0);
+        for case in 0..60 {
+            let mut place = || at(random(-0.6, 0.6), random(0.1, 0.6), random(0.2, 1.0));
+            let obstacles = vec![
+                ("block", place(), box_of(0.03, 0.05, 0.02)),
+                ("other", place(), box_of(0.02, 0.02, 0.2)),
+            ];
+            let mut floor_away = world(obstacles);
+            floor_away.shapes.remove(0);
+            let mut scene = Scene::new(&floor_away, case % 3 == 0);
+            let mut swung = || waypoint(0.0, random(-1.5, 1.5), random(-1.4, 0.6));
+            let ends: [Waypoint; 2] = [swung(), swung()];
+            let [from, to] =
+                ends.each_ref().map(|waypoint| Configuration::of_waypoint(waypoint, 4));
+            let motion: Vec<Configuration> =
+                (0..=6).map(|step| from.towards(&to, f64::from(step) / 6.0)).collect();
+            let sampled = scene.sampled(&motion, 60);
+            match scene.checked(&motion) {
+                // Distances between waypoints are measured only where the bounds are not enough; of
+                // motions of at most a millimetre only the ends are.
+                Ok(checked) => {
+                    let at_waypoints = scene.sampled(&motion, 1) + 1e-9;
+                    assert!((sampled - RESOLUTION..at_waypoints).contains(&checked), "{case}");
+                    assert!(sampled > -PENETRATION_MAX - RESOLUTION, "{case}: {sampled}");
+                    clear += 1;
+                }
+                Err(violation) => {
+                    assert!(sampled < -PENETRATION_MAX + RESOLUTION, "{sampled}: {violation}");
+                    refused += 1;
+                }
+            }
+            assert_eq!(
+                scene.checked(&motion[..1]).is_ok(),
+                scene.checked(&[from.clone(), from]).is_ok()
+            );
+        }
+        assert!(clear > 15 && refused > 15, "{clear} {refused}");
+    }
+
+    #[test]
+    fn a_bound_that_reaches_far_saves_measuring() {
+        // Nothing is near an arm that hardly moves: all pairs keep a bound and a direction.
+        let mut scene = Scene::new(&world(vec![]), true);
+        let at =
+            |index: usize| Configuration::of_waypoint(&waypoint(0.0, 0.001 * index as f64, 0.0), 4);
+        let motion: Vec<Configuration> = (0..4).map(at).collect();
+        scene.checked(&motion).unwrap();
+        assert!(
+            scene.pairs.iter().all(|pair| pair.bound > -PENETRATION_MAX && pair.hint.is_some())
+        );
+    }
+}

@@ -147,7 +147,8 @@ pub(crate) fn at_rate(mut waypoint: Waypoint, rate: f64, change: f64) -> Waypoin
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
-    use surefoot_shared_types::message::Ramp;
+    use surefoot_shared_types::base::limits::JOINTS_MAX;
+    use surefoot_shared_types::message::{Interpolation, Ramp};
 
     use super::*;
 
@@ -187,5 +188,68 @@ mod tests {
         assert!(before.len() >= 21 && after.len() >= 31, "{} {}", before.len(), after.len());
         assert!(after.iter().all(|time| (0.5..=0.8 + 1e-12).contains(time)));
         assert!(stop.concerns(0.8, 0.9) && !stop.concerns(0.81, 0.9) && !stop.concerns(0.0, 0.29));
+    }
+
+    /// A motion from one state to another within a second.
+    fn pair() -> [Waypoint; 2] {
+        let at = |time: f64, sign: f64| {
+            let mut waypoint =
+                Waypoint { time, root_rotation: [0.0, 0.0, 0.0, 1.0], ..Waypoint::zeroed() };
+            waypoint.q[3] = 0.4 * sign;
+            waypoint.joint_velocity[3] = 0.3 - 0.2 * sign;
+            waypoint.joint_acceleration[3] = 1.5 * sign;
+            waypoint.root_position[1] = 0.1 * sign;
+            waypoint.root_velocity[1] = 0.2;
+            waypoint
+        };
+        [at(0.0, -1.0), at(1.0, 1.0)]
+    }
+
+    #[test]
+    fn velocity_and_acceleration_of_a_ramp_are_derivatives_of_its_position() {
+        let (waypoints, seconds, begin) = (pair(), 0.5, 0.3);
+        for brakes in [true, false] {
+            let at = |time: f64| {
+                let PlanRate { elapsed, rate, change } =
+                    PlanRate::of_ramp(time / seconds, seconds, brakes);
+                let (_, planned) = planned_at(&waypoints, begin + elapsed).unwrap();
+                at_rate(planned, rate, change)
+            };
+            for time in [0.05, 0.2, 0.31, 0.45] {
+                let step = 1e-4;
+                let [before, here, after] = [time - step, time, time + step].map(at);
+                let derivative =
+                    |of: fn(&Waypoint) -> f64| (of(&after) - of(&before)) / (2.0 * step);
+                let is_near = |a: f64, b: f64| (a - b).abs() < 1e-5;
+                assert!(is_near(derivative(|at| at.q[3]), here.joint_velocity[3]));
+                assert!(is_near(derivative(|at| at.joint_velocity[3]), here.joint_acceleration[3]));
+                assert!(is_near(derivative(|at| at.root_position[1]), here.root_velocity[1]));
+                assert!(is_near(derivative(|at| at.root_velocity[1]), here.root_acceleration[1]));
+            }
+        }
+    }
+
+    #[test]
+    fn the_rest_of_a_chunk_lies_on_its_curve_at_the_plan_time_of_the_rest() {
+        let [first, second] = pair();
+        let third = Waypoint { time: 2.0, q: [0.2; JOINTS_MAX], ..second };
+        let rest = |brake_at: f64, interpolation: Interpolation| {
+            let mut chunk = Box::new(PlanChunk::zeroed());
+            (chunk.waypoints[0], chunk.waypoints[1], chunk.waypoints[2]) = (first, second, third);
+            chunk.waypoints_len = 3;
+            chunk.interpolation = interpolation as u64;
+            (chunk.brake_at, chunk.brake_duration) = (brake_at, 0.4);
+            Stop::rest(&chunk)
+        };
+        for (brake_at, from, to) in [(0.1, first, second), (0.8, second, third)] {
+            let time = brake_at + 0.2;
+            let found = rest(brake_at, Interpolation::Quintic);
+            assert_eq!(found, trajectory::between(&from, &to, time).rested());
+            assert_eq!(rest(brake_at, Interpolation::Linear), third.rested());
+        }
+        let between = rest(1.3, Interpolation::Quintic);
+        assert_eq!(between, trajectory::between(&second, &third, 1.5).rested());
+        assert_eq!(rest(1.8, Interpolation::Quintic), third.rested());
+        assert_eq!(rest(2.5, Interpolation::Quintic), third.rested());
     }
 }

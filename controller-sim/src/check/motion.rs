@@ -101,3 +101,44 @@ impl SampledMotion {
         Self { configurations, samples }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check_robot::{robot, waypoint};
+
+    use super::*;
+
+    #[test]
+    fn samples_are_evenly_spaced_and_no_more_than_needed() {
+        let model = robot();
+        let waypoints =
+            [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.045, -0.02), waypoint(2.0, 0.045, -0.02)];
+        let configurations =
+            waypoints.each_ref().map(|waypoint| Configuration::of_waypoint(waypoint, 4));
+        let changes = configurations.windows(2).map(|pair| Change::between(&pair[0], &pair[1]));
+        let spacing = Spacing { changes: changes.collect() };
+        let motion = SampledMotion::new(&model, &waypoints, spacing);
+        let places: Vec<(usize, usize)> =
+            motion.samples.iter().map(|sample| (sample.waypoint, sample.substep)).collect();
+        assert_eq!(places, [(0, 0), (0, 1), (0, 2), (0, 3), (0, 4), (1, 0), (2, 0)]);
+        assert!(motion.samples[0].is_waypoint() && !motion.samples[1].is_waypoint());
+        for sample in &motion.samples[..5] {
+            let part = sample.substep as f64 / 5.0;
+            let expected = configurations[0].towards(&configurations[1], part);
+            assert_eq!(sample.posture, Posture::new(&model, &expected));
+        }
+    }
+
+    #[test]
+    fn the_size_of_a_change_is_its_largest_part() {
+        let change = |root_position: f64, root_rotation: f64, joints: [f64; 2]| Change {
+            root_position,
+            root_rotation,
+            joints: joints.to_vec(),
+        };
+        assert_eq!(change(0.1, 0.2, [0.3, 0.05]).largest(), 0.3);
+        assert_eq!(change(0.5, 0.2, [0.3, 0.05]).largest(), 0.5);
+        assert_eq!(change(0.1, 0.4, [0.3, 0.05]).largest(), 0.4);
+        assert!(change(0.1, f64::NAN, [0.3, 0.05]).largest().is_nan());
+    }
+}

@@ -17,6 +17,7 @@ use crate::check::segment::{Case, Violation};
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Region};
 use crate::statics::inverse_dynamics::InverseDynamics;
+use crate::statics::sole_support::SoleSupport;
 
 /// The window of time over which a speed counts, s. The planner spreads changes of speed over as
 /// long. The check accepts the planner's quasi-static plans, and refuses a walk of hubo in 0.35 of
@@ -36,12 +37,12 @@ pub fn check_zero_moment(
 ) -> Result<f64, Violation> {
     let support = Support {
         region: equilibrium.region(&case.supports, ALL_FRICTION),
-        height: ground_height(case),
+        height: ground_height(&case.supports),
         margin_min: config.com_margin,
-        force_angle_max: force_angle_max(equilibrium, case),
+        force_angle_max: force_angle_max(equilibrium, &case.supports),
     };
     if !case.is_smooth() {
-        return check_straight(&support, case);
+        return check_straight(&support, &CentreTrack::new(case));
     }
     let mut worst = f64::INFINITY;
     for (index, instant) in &case.instants {
@@ -99,25 +100,24 @@ impl Support {
 
 /// The largest angle to the vertical of a force within the friction cone of any contact point, rad;
 /// no sum of such forces has a larger one.
-fn force_angle_max(equilibrium: &Equilibrium, case: &Case) -> f64 {
-    let points = case.supports.iter().flat_map(|support| &support.points);
+fn force_angle_max(equilibrium: &Equilibrium, supports: &[SoleSupport]) -> f64 {
+    let points = supports.iter().flat_map(|support| &support.points);
     let tilt = largest(points.map(|point| libm::acos(point.normal.z.clamp(-1.0, 1.0))));
     libm::atan(equilibrium.mu()) + tilt
 }
 
 /// The mean height of the soles' supports, m: each counts the same, however many points it has.
-fn ground_height(case: &Case) -> f64 {
-    let heights = case.supports.iter().map(|support| {
+fn ground_height(supports: &[SoleSupport]) -> f64 {
+    let heights = supports.iter().map(|support| {
         let count = support.points.len().max(1) as f64;
         support.points.iter().map(|point| point.position.z).sum::<f64>() / count
     });
-    heights.sum::<f64>() / case.supports.len().max(1) as f64
+    heights.sum::<f64>() / supports.len().max(1) as f64
 }
 
 /// The zero-moment point at every instant at which its windowed value may be extreme: at the
 /// waypoints, and a window before and after them.
-fn check_straight(support: &Support, case: &Case) -> Result<f64, Violation> {
-    let track = CentreTrack::new(case);
+fn check_straight(support: &Support, track: &CentreTrack) -> Result<f64, Violation> {
     let (begin, end) = track.ends();
     let mut worst = f64::INFINITY;
     for (index, (time, _)) in track.0.iter().enumerate() {
@@ -161,5 +161,107 @@ impl CentreTrack {
             return self.0[0].1;
         };
         self.0.get(next).map_or(start, |&(to, end)| start.lerp(end, (time - from) / (to - from)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::check_robot::randoms;
+    use crate::statics::sole_support::ContactPoint;
+
+    use super::*;
+
+    /// Support by points at some places, with a surface tilted about y.
+    fn sole(places: &[[f64; 3]], tilt: f64) -> SoleSupport {
+        let normal = DVec3::new(libm::sin(tilt), 0.0, libm::cos(tilt));
+        let point = |place: &[f64; 3]| ContactPoint { position: (*place).into(), normal };
+        let points = places.iter().map(point).collect();
+        SoleSupport { limb: 0, area: 0.01, deepest: 0.0, points }
+    }
+
+    const SQUARE: [[f64; 3]; 4] =
+        [[-1.0, -1.0, 0.5], [1.0, -1.0, 0.5], [1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]];
+
+    #[test]
+    fn every_sole_counts_the_same_in_the_height_of_the_ground() {
+        let two = sole(&[[0.0, 0.0, 0.2], [0.0, 1.0, 0.4]], 0.0);
+        assert!((ground_height(&[sole(&SQUARE, 0.0), two.clone()]) - 0.4).abs() < 1e-12);
+        assert!((ground_height(&[two]) - 0.3).abs() < 1e-12);
+        assert_eq!(ground_height(&[]), 0.0);
+    }
+
+    #[test]
+    fn a_force_leans_as_far_as_the_steepest_contact_and_friction_let_it() {
+        let equilibrium = Equilibrium::new(0.5);
+        let level = force_angle_max(&equilibrium, &[sole(&SQUARE, 0.0)]);
+        assert!((level - libm::atan(0.5)).abs() < 1e-12);
+        let sloped = force_angle_max(&equilibrium, &[sole(&SQUARE, 0.0), sole(&SQUARE, -0.3)]);
+        assert!((sloped - libm::atan(0.5) - 0.3).abs() < 1e-9);
+    }
+
+    fn support(margin_min: f64, force_angle_max: f64) -> Support {
+        let region = Equilibrium::new(0.8).region(&[sole(&SQUARE, 0.0)], ALL_FRICTION);
+        Support { region, height: 0.5, margin_min, force_angle_max }
+    }
+
+    /// The smallest margin in the square, and the largest angle of the force, over all instants.
+    fn worst_of_all_instants(track: &CentreTrack) -> (f64, f64) {
+        let (begin, end) = (track.0[0].0, track.0[track.0.len() - 1].0);
+        let centre = |time: f64| {
+            let time = time.clamp(begin, end);
+            let after = track.0.iter().position(|(at, _)| *at >= time).unwrap().max(1);
+            let [(from, a), (to, b)] = [track.0[after - 1], track.0[after]];
+            a + (b - a) * ((time - from) / (to - from))
+        };
+        let (mut margin, mut angle) = (f64::INFINITY, 0.0_f64);
+        for step in 0..=2_000 {
+            let time = begin + (end - begin) * f64::from(step) / 2_000.0;
+            let here = centre(time);
+            let speeds = [(time - WINDOW, time), (time, time + WINDOW)]
+                .map(|(from, to)| (centre(to) - centre(from)) / WINDOW);
+            let acceleration = (speeds[1] - speeds[0]) / WINDOW;
+            let force = acceleration + DVec3::new(0.0, 0.0, GRAVITY);
+            let point = here - force * ((here.z - 0.5) / force.z);
+            margin = margin.min(1.0 - point.x.abs().max(point.y.abs()));
+            angle = angle.max(force.angle_between(DVec3::Z));
+        }
+        (margin, angle)
+    }
+
+    #[test]
+    fn the_worst_instant_of_straight_lines_is_that_of_all_instants() {
+        let mut between = randoms(5);
+        for _ in 0..100 {
+            let (mut time, mut at) = (between(-3.0, 3.0), DVec3::new(0.1, -0.2, 1.3));
+            let mut track = CentreTrack(vec![(time, at)]);
+            for _ in 0..5 {
+                time += between(0.05, 0.5);
+                at += DVec3::new(between(-0.05, 0.05), between(-0.05, 0.05), between(-0.03, 0.03));
+                track.0.push((time, at));
+            }
+            let (margin, angle) = worst_of_all_instants(&track);
+            let found = check_straight(&support(-1.0, 1.5), &track).unwrap();
+            assert!((found - margin).abs() < 1e-3, "{found} {margin}");
+            // Both limits on both sides.
+            assert!(check_straight(&support(margin - 2e-3, angle + 2e-3), &track).is_ok());
+            assert!(check_straight(&support(margin + 2e-3, angle + 2e-3), &track).is_err());
+            assert!(check_straight(&support(margin - 2e-3, angle - 2e-3), &track).is_err());
+        }
+    }
+
+    #[test]
+    fn a_robot_in_free_fall_is_refused() {
+        // Within a window the centre falls faster than gravity lets it.
+        let fall = |depth: f64| {
+            let at = |z: f64| DVec3::new(0.0, 0.0, z);
+            CentreTrack(vec![
+                (0.0, at(2.0)),
+                (1.0, at(2.0)),
+                (1.2, at(2.0 - depth)),
+                (2.0, at(2.0 - depth)),
+            ])
+        };
+        assert!(check_straight(&support(0.0, 1.5), &fall(0.3)).is_ok());
+        assert!(check_straight(&support(0.0, 1.5), &fall(0.5)).is_err());
     }
 }

@@ -140,6 +140,9 @@ fn check_header(chunk: &PlanChunk, joints: usize) -> Result<(), String> {
         let count = chunk.contacts_len;
         return Err(format!("{count} contacts, at most {CONTACTS_MAX} are possible"));
     }
+    if chunk.goal.stance_width != 0.0 && chunk.goal.stance_pose().is_none() {
+        return Err("a goal with a number out of range".to_owned());
+    }
     Ok(())
 }
 

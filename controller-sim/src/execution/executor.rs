@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
-use surefoot_shared_types::config::scenario::StancePose;
+use surefoot_shared_types::config::scenario::{GoalTolerance, StancePose};
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{
@@ -22,7 +22,7 @@ use crate::check::course::{Course, Stop};
 use crate::check::segment::{MotionSegment, Violation};
 use crate::chunk::continuity::{Stance, check_transition, is_resting, stance_limbs};
 use crate::chunk::message_check::{Identity, check_identity, check_message};
-use crate::execution::plan_ends::{Goal, PlanEnds};
+use crate::execution::plan_ends::{Goal, KnownGoal, PlanEnds};
 use crate::execution::recent_chunks::RecentChunks;
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
@@ -124,7 +124,12 @@ impl ChunkExecutor {
 
     /// The same robot, whose plans must end at this goal.
     pub fn ending_at(self, goal: Goal) -> Self {
-        Self { ends: PlanEnds { goal: Some(goal), ..self.ends }, ..self }
+        Self { ends: PlanEnds { goal: KnownGoal::Same(goal), ..self.ends }, ..self }
+    }
+
+    /// The same robot, each of whose plans must end at the goal that its last chunk states.
+    pub fn ending_as_stated(self, tolerance: GoalTolerance) -> Self {
+        Self { ends: PlanEnds { goal: KnownGoal::Stated(tolerance), ..self.ends }, ..self }
     }
 
     /// A robot that another controller moved before; `feedback` is the last one that it published.

@@ -30,7 +30,33 @@ pub(crate) struct PlanEnds {
     /// Where the robot stands before its first plan.
     pub(crate) start: Option<StancePose>,
     /// Where every plan ends.
-    pub(crate) goal: Option<Goal>,
+    pub(crate) goal: KnownGoal,
+}
+
+/// What a controller knows of where plans end.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) enum KnownGoal {
+    /// Nothing.
+    #[default]
+    None,
+    /// Every plan ends at this goal.
+    Same(Goal),
+    /// Each plan ends, this near, at the goal that its last chunk states.
+    Stated(GoalTolerance),
+}
+
+impl KnownGoal {
+    /// The goal of a plan by its last chunk.
+    fn of_plan(&self, last: &PlanChunk) -> Result<Option<Goal>, String> {
+        match *self {
+            Self::None => Ok(None),
+            Self::Same(goal) => Ok(Some(goal)),
+            Self::Stated(tolerance) => match last.goal.stance_pose() {
+                Some(stance) => Ok(Some(Goal { stance, tolerance })),
+                None => Err("the plan's last chunk does not state the goal".to_owned()),
+            },
+        }
+    }
 }
 
 impl PlanEnds {
@@ -58,7 +84,10 @@ impl PlanEnds {
         chunk: &PlanChunk,
         mode: SupportMode,
     ) -> Result<(), String> {
-        let Some(goal) = self.goal.filter(|_| chunk.flags & FLAG_LAST != 0) else { return Ok(()) };
+        if chunk.flags & FLAG_LAST == 0 {
+            return Ok(());
+        }
+        let Some(goal) = self.goal.of_plan(chunk)? else { return Ok(()) };
         if mode != SupportMode::Double {
             return Err("the plan ends on one foot".to_owned());
         }

@@ -64,3 +64,62 @@ impl Bounds {
         (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cuboid(low: [f64; 3], high: [f64; 3]) -> Bounds {
+        Bounds { low: low.into(), high: high.into() }
+    }
+
+    #[test]
+    fn distance_and_penetration_are_those_of_boxes_by_hand() {
+        let a = cuboid([0.0; 3], [2.0, 3.0, 4.0]);
+        let corner = cuboid([5.0, 7.0, 16.0], [6.0, 8.0, 17.0]);
+        assert_eq!([a.distance(&corner), corner.distance(&a)], [13.0; 2]);
+        let beside = cuboid([2.5, 1.0, 1.0], [3.0, 2.0, 2.0]);
+        assert_eq!([a.distance(&beside), a.penetration(&beside)], [0.5, -0.5]);
+        let across = cuboid([1.75, -9.0, -9.0], [9.0, 9.0, 9.0]);
+        assert_eq!([a.distance(&across), a.penetration(&across)], [0.0, 0.25]);
+        // The way out of a box that holds another is longer than the other is thick.
+        let inside = cuboid([0.5, 1.0, 1.0], [0.75, 2.0, 3.0]);
+        assert_eq!([a.penetration(&inside), inside.penetration(&a)], [0.75; 2]);
+    }
+
+    #[test]
+    fn a_box_holds_what_lies_within_all_its_sides() {
+        let a = cuboid([0.0; 3], [2.0, 3.0, 4.0]);
+        assert!(a.holds(&cuboid([0.0; 3], [2.0, 3.0, 4.0])));
+        assert!(a.holds(&cuboid([0.1; 3], [1.9; 3])));
+        for axis in 0..3 {
+            let (mut low, mut high) = ([0.1; 3], [1.9; 3]);
+            low[axis] = -0.1;
+            assert!(!a.holds(&cuboid(low, high)));
+            (low[axis], high[axis]) = (0.1, 4.1);
+            assert!(!a.holds(&cuboid(low, high)));
+        }
+    }
+
+    #[test]
+    fn reach_and_rotation_are_those_of_the_corners() {
+        let a = cuboid([-1.0, 0.5, 2.0], [3.0, 0.75, 5.0]);
+        let corners: Vec<DVec3> = (0..8)
+            .map(|bits: usize| {
+                let end = |axis: usize| if bits >> axis & 1 == 0 { a.low } else { a.high }[axis];
+                DVec3::new(end(0), end(1), end(2))
+            })
+            .collect();
+        let pose = Pose::from_parts(
+            DVec3::new(1.0, -2.0, 0.5),
+            glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -1.1, 2.3),
+        );
+        for direction in [DVec3::new(1.0, -2.0, 0.5), DVec3::new(-0.3, 0.2, -0.9)] {
+            let furthest = corners.iter().map(|at| at.dot(direction)).fold(f64::MIN, f64::max);
+            assert!((a.reach(direction) - furthest).abs() < 1e-12);
+        }
+        let around = Bounds::of_points(corners.iter().map(|corner| pose * *corner));
+        let found = a.transformed(&pose);
+        assert!(found.low.distance(around.low) < 1e-12 && found.high.distance(around.high) < 1e-12);
+    }
+}

@@ -216,4 +216,26 @@ mod tests {
             assert!((cube.depth(at.into()) - depth).abs() < 1e-12);
         }
     }
+
+    #[test]
+    fn the_boxes_of_the_tree_divide_the_points_along_their_longest_side() {
+        let long: Vec<DVec3> =
+            ball(300).into_iter().map(|at| at * DVec3::new(1.0, 9.0, 2.0)).collect();
+        let hull = Hull::new(&long).unwrap();
+        assert!(hull.points().iter().all(|point| long.contains(point)));
+        assert_eq!(hull.triangles().len(), 2 * hull.points().len() - 4, "Euler's formula");
+        for node in &hull.tree {
+            let points = &hull.points[node.first..node.end];
+            assert_eq!(node.bounds, Bounds::of_points(points.iter().copied()));
+            let Some(parts) = node.parts else {
+                assert!(points.len() <= LEAF_POINTS);
+                continue;
+            };
+            assert!(points.len() > LEAF_POINTS);
+            let extent = node.bounds.high - node.bounds.low;
+            let [low, high] = parts.map(|part| hull.tree[part].bounds);
+            let axis = (0..3).find(|axis| extent[*axis] == extent.max_element()).unwrap();
+            assert!(low.high[axis] <= high.low[axis] + 1e-12);
+        }
+    }
 }

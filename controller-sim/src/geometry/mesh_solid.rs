@@ -88,4 +88,13 @@ mod tests {
         assert!(!is_closed(&corners(), &repeated));
         assert!(!is_closed(&corners(), &[]));
     }
+
+    #[test]
+    fn triangles_without_area_have_no_edges() {
+        for sliver in [[1, 1, 3], [3, 1, 1], [1, 3, 1], [2, 2, 2]] {
+            let triangles = [&TETRAHEDRON[..], &[sliver]].concat();
+            assert!(is_closed(&corners(), &triangles), "{sliver:?}");
+        }
+        assert!(!is_closed(&corners(), &[[1, 1, 3], [2, 2, 2]]));
+    }
 }

@@ -16,9 +16,7 @@ use crate::base::comparison::{is_at_most, is_below, largest};
 use crate::geometry::body::SolidPose;
 use crate::geometry::bounds::Bounds;
 use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::separation::{
-    Separation, convex_separation, is_inside_mesh, separation, separation_until,
-};
+use crate::geometry::separation::{Separation, is_inside_mesh, separation, separation_until};
 use crate::geometry::solid::{Convex, Core, Solid};
 
 /// A part of a triangle is divided until all of it is this near its middle, m. The depth may
@@ -172,12 +170,8 @@ fn depth_in_convex(convex: &Convex, point: DVec3) -> f64 {
             (radius - point.truncate().length()).min(half_length - point.z.abs())
         }
         Core::Hull(hull) => hull.depth(point) + convex.radius,
-        Core::Triangle(_) => {
-            let vertex = Convex { core: Core::Segment(0.0), radius: 0.0 };
-            let pose = Pose::from_translation(point);
-            let solid = (convex, &Pose::IDENTITY);
-            -convex_separation((&vertex, &pose), solid, DVec3::Z, 0.0).distance
-        }
+        // A triangle has no inside.
+        Core::Triangle(_) => f64::NEG_INFINITY,
     }
 }
 
@@ -393,5 +387,59 @@ mod tests {
             let found = distance(&wall, &pin);
             assert!((found + 0.03).abs() < 1e-6, "{found}");
         }
+    }
+
+    #[test]
+    fn the_depth_of_a_point_in_a_convex_solid_is_its_distance_to_the_surface() {
+        let corner = |bits: u32| {
+            DVec3::new(f64::from(bits & 1), f64::from(bits >> 1 & 1), f64::from(bits >> 2)) - 0.5
+        };
+        let depths = |shape: &Shape, points: &[[f64; 3]]| -> Vec<f64> {
+            let Solid::Convex(convex) = Solid::new(shape).unwrap() else { unreachable!() };
+            points.iter().map(|at| depth_in_convex(&convex, (*at).into())).collect()
+        };
+        let near = |found: Vec<f64>, expected: &[f64]| {
+            let close = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+            assert!(close, "{found:?} {expected:?}");
+        };
+        let ball = Shape::Sphere { radius: 0.5 };
+        near(depths(&ball, &[[0.0; 3], [0.3, 0.0, 0.0], [0.0, 0.0, 0.7]]), &[0.5, 0.2, -0.2]);
+        let capsule = Shape::Capsule { radius: 0.5, half_length: 1.0 };
+        let points = [[0.3, 0.0, 0.8], [0.0, 0.3, -1.0], [0.0, 0.0, 1.2], [0.0, 0.0, -1.2]];
+        near(depths(&capsule, &points), &[0.2, 0.2, 0.3, 0.3]);
+        let cylinder = Shape::Cylinder { radius: 0.5, half_length: 1.0 };
+        let points = [[0.3, 0.0, 0.0], [0.0, 0.0, 0.9], [0.0, 0.0, -0.9], [0.3, 0.4, 0.0]];
+        near(depths(&cylinder, &points), &[0.2, 0.1, 0.1, 0.0]);
+        let points = [[0.4, 0.0, 0.0], [0.0, -0.45, 0.1], [0.0, 0.0, 0.75]];
+        near(depths(&cuboid([0.5; 3]), &points), &[0.1, 0.05, -0.25]);
+        let hull = Shape::ConvexHull { points: (0..8).map(corner).collect() };
+        near(depths(&hull, &points), &[0.1, 0.05, -0.25]);
+    }
+
+    #[test]
+    fn a_hull_is_deep_in_a_mesh_and_a_mesh_in_a_hull() {
+        let corner = |bits: u32| {
+            DVec3::new(f64::from(bits & 1), f64::from(bits >> 1 & 1), f64::from(bits >> 2)) - 0.5
+        };
+        let hull = place(
+            &Shape::ConvexHull { points: (0..8).map(|bits| 0.1 * corner(bits)).collect() },
+            [0.0, 0.0, 0.13],
+        );
+        let block = place(&mesh([0.1; 3], 2), [0.0; 3]);
+        for (a, b) in [(&hull, &block), (&block, &hull)] {
+            assert!((distance(a, b) + 0.02).abs() < 1e-9, "{}", distance(a, b));
+        }
+        // A solid that a mesh holds wholly is found by its middle.
+        let (small, far) = (place(&cuboid([0.01; 3]), [0.05, 0.0, 0.0]), [0.3, 0.0, 0.0]);
+        assert!((distance(&small, &block) + 0.06).abs() < 1.5e-3, "{}", distance(&small, &block));
+        assert!(distance(&place(&cuboid([0.01; 3]), far), &block) > 0.05);
+        // An open mesh has no inside.
+        let Shape::Mesh { vertices, mut triangles, source } = mesh([0.1; 3], 2) else {
+            unreachable!()
+        };
+        triangles.pop();
+        let open = place(&Shape::Mesh { vertices, triangles, source }, [0.0; 3]);
+        assert!(distance(&small, &open) > 0.03);
+        assert_eq!(deepest_of_first((&small.0, &small.1), (&open.0, &open.1), 0.0), 0.0);
     }
 }

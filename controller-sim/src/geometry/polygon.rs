@@ -143,6 +143,7 @@ fn distance_to_segment(a: DVec2, b: DVec2, point: DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check_robot::randoms;
 
     fn square() -> Vec<DVec2> {
         hull(
@@ -189,5 +190,40 @@ mod tests {
         let line: Vec<DVec2> =
             (0..9).map(|i| DVec2::new(0.1 * f64::from(i), 0.3 * f64::from(i))).collect();
         assert!(hull(&line).len() < 3);
+    }
+
+    #[test]
+    fn the_margin_is_the_distance_to_the_nearest_point_of_the_boundary() {
+        let mut random = randoms(9);
+        for _ in 0..40 {
+            let cloud: Vec<DVec2> =
+                (0..9).map(|_| DVec2::new(random(-1.0, 1.0), random(-1.0, 1.0))).collect();
+            let outline = hull(&cloud);
+            let boundary: Vec<DVec2> = sides(&outline)
+                .flat_map(|(a, b)| (0..=500).map(move |k| a.lerp(b, f64::from(k) / 500.0)))
+                .collect();
+            for _ in 0..20 {
+                let at = DVec2::new(random(-1.5, 1.5), random(-1.5, 1.5));
+                let nearest = boundary.iter().map(|on| on.distance(at)).fold(f64::MAX, f64::min);
+                let is_inside = sides(&outline).all(|(a, b)| (b - a).perp_dot(at - a) >= 0.0);
+                let expected = if is_inside { nearest } else { -nearest };
+                let found = margin(&outline, at);
+                assert!((found - expected).abs() < 5e-3, "{found} {expected}");
+                assert!(found.abs() <= nearest + 1e-12);
+            }
+        }
+        // The nearest point may be a corner, and a side may have no length.
+        let square = [(0., 0.), (1., 0.), (1., 0.), (1., 1.), (0., 1.)].map(DVec2::from);
+        assert_eq!(margin(&square, DVec2::new(4.0, 5.0)), -5.0);
+        assert_eq!(margin(&square, DVec2::new(0.5, -2.0)), -2.0);
+    }
+
+    #[test]
+    fn the_extreme_vertices_are_furthest_in_even_directions() {
+        let circle: Vec<DVec2> = (0..360).map(|k| 2.0 * direction(k, 360)).collect();
+        let kept = extreme_vertices(&circle, 8);
+        assert_eq!(kept, [0, 45, 90, 135, 180, 225, 270, 315]);
+        assert_eq!(extreme_vertices(&circle[..8], 8).len(), 8);
+        assert_eq!(extreme_vertices(&circle[..5], 8), [0, 1, 2, 3, 4]);
     }
 }

@@ -247,6 +247,7 @@ fn cast_mesh(mesh: &MeshSolid, origin: DVec3, direction: DVec3) -> Hit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check_robot::randoms;
 
     fn cast(shape: &Shape, origin: [f64; 3], direction: [f64; 3]) -> Hit {
         let target =
@@ -296,5 +297,88 @@ mod tests {
         assert_surface(cast(&cylinder, [0.3, 0.0, 2.0], [0., 0., -1.]), 1.0, [0., 0., 1.]);
         assert_surface(cast(&capsule, [0.3, 0.0, 2.0], [0., 0., -1.]), 0.6, [0.6, 0., 0.8]);
         assert_eq!(cast(&cylinder, [2.0, 0.0, 1.2], [-1., 0., 0.]), Hit::Miss);
+    }
+
+    /// How deep a point (in the shape's frame) is inside a shape; negative outside.
+    fn depth(shape: &Shape, at: DVec3) -> f64 {
+        match shape {
+            Shape::Box { half_extents } => (*half_extents - at.abs()).min_element(),
+            Shape::Capsule { radius, half_length } => {
+                let nearest = at.z.clamp(-half_length, *half_length);
+                radius - at.distance(DVec3::new(0.0, 0.0, nearest))
+            }
+            Shape::Cylinder { radius, half_length } => {
+                (radius - at.truncate().length()).min(half_length - at.z.abs())
+            }
+            Shape::Sphere { radius } => radius - at.length(),
+            Shape::ConvexHull { .. } | Shape::Mesh { .. } => unreachable!(),
+        }
+    }
+
+    #[test]
+    fn a_ray_meets_a_solid_where_it_first_gets_inside() {
+        let mut random = randoms(17);
+        let (mut hits, mut misses, mut insides) = (0, 0, 0);
+        let shapes = [
+            Shape::Box { half_extents: DVec3::new(0.3, 0.2, 0.1) },
+            Shape::Capsule { radius: 0.1, half_length: 0.25 },
+            Shape::Cylinder { radius: 0.15, half_length: 0.2 },
+            Shape::Sphere { radius: 0.25 },
+        ];
+        for (index, shape) in (0..1600).map(|index| (index, &shapes[index % 4])) {
+            let mut vector = |size: f64| {
+                DVec3::new(random(-size, size), random(-size, size), random(-size, size))
+            };
+            let world_from_shape =
+                Pose::from_parts(vector(1.0), glam::DQuat::from_scaled_axis(vector(2.0)));
+            let origin = world_from_shape * vector(0.6);
+            let towards = world_from_shape * vector(0.2);
+            // Some rays go along an axis of the shape.
+            let axis = world_from_shape.rotation * DVec3::AXES[index % 3];
+            let straight = if index % 2 == 0 { axis } else { -axis };
+            let direction = if index % 5 == 0 { straight } else { (towards - origin).normalize() };
+            let inside = |distance: f64| {
+                let at = origin + distance * direction;
+                depth(shape, world_from_shape.inverse() * at)
+            };
+            let first = (0..3000).map(|step| 1e-3 * f64::from(step)).find(|at| inside(*at) > 0.0);
+            match (Target::new(shape, &world_from_shape).unwrap().cast(origin, direction), first) {
+                (Hit::Inside, Some(first)) => {
+                    assert!(first < 2e-3);
+                    insides += 1;
+                }
+                (Hit::Surface { distance, normal }, Some(first)) => {
+                    assert!((distance - first).abs() < 2e-3, "{shape:?} {distance} {first}");
+                    // The normal leads out as quickly as any way.
+                    assert!((normal.length() - 1.0).abs() < 1e-9 && normal.dot(direction) <= 0.0);
+                    let out = origin + distance * direction + 1e-5 * normal;
+                    let off = depth(shape, world_from_shape.inverse() * out);
+                    assert!((off + 1e-5).abs() < 1e-7, "{shape:?} {off}");
+                    hits += 1;
+                }
+                (Hit::Miss, None) => misses += 1,
+                // A ray may graze a corner between two steps.
+                (Hit::Surface { distance, .. }, None) => {
+                    let deepest = (0..100)
+                        .map(|step| inside(distance + 2e-5 * f64::from(step)))
+                        .fold(f64::MIN, f64::max);
+                    assert!(deepest > -1e-9 && deepest < 1e-3, "{shape:?} {deepest}");
+                }
+                (hit, first) => panic!("{shape:?}: {hit:?} {first:?}"),
+            }
+        }
+        assert!(hits > 600 && misses > 50 && insides > 20, "{hits} {misses} {insides}");
+    }
+
+    #[test]
+    fn the_faces_of_a_hull_hold_all_its_points() {
+        let mut random = randoms(4);
+        let points: Vec<DVec3> = (0..60)
+            .map(|_| DVec3::new(random(-1.0, 1.0), random(-2.0, 2.0), random(-0.5, 0.5)))
+            .collect();
+        for (normal, offset) in hull_faces(&points).unwrap() {
+            let furthest = points.iter().map(|at| normal.dot(*at)).fold(f64::MIN, f64::max);
+            assert!((normal.length() - 1.0).abs() < 1e-12 && (furthest - offset).abs() < 1e-12);
+        }
     }
 }

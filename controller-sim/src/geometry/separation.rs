@@ -381,4 +381,27 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_turned_mesh_has_outward_normals_and_an_inside() {
+        let Solid::Mesh(mesh) = Solid::new(&cube_mesh(0.5)).unwrap() else { unreachable!() };
+        for index in 0..12 {
+            let triangle = mesh.surface.triangle(index);
+            let middle = (triangle.a + triangle.b + triangle.c) / 3.0;
+            let normal = face_normal(&mesh.surface, index);
+            assert!((normal.length() - 1.0).abs() < 1e-12);
+            // The middle of a face's half lies 0.5 from the centre along the normal.
+            assert!((normal.dot(middle) - 0.5).abs() < 1e-12);
+        }
+        let pose = Pose::from_parts(DVec3::new(1.0, 2.0, -1.0), rotation_from_rpy(0.4, -0.9, 2.0));
+        for (at, is_inside) in [
+            ([0.0; 3], true),
+            ([0.49, -0.49, 0.49], true),
+            ([0.51, 0.0, 0.0], false),
+            ([0.0, -0.51, 0.2], false),
+            ([0.4, 0.4, 0.6], false),
+        ] {
+            assert_eq!(is_inside_mesh(&mesh.surface, &pose, pose * DVec3::from(at)), is_inside);
+        }
+    }
 }

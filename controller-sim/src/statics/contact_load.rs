@@ -183,3 +183,106 @@ fn point_forces(
         .map(|((limb, at), edges)| PointForce { limb, at, force: force(edges) })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check_robot::{ELBOW, SHOULDER, both_feet, robot, waypoint, world};
+    use crate::kinematics::forward::Configuration;
+    use crate::statics::sole_support::SupportFinder;
+
+    struct Loaded {
+        model: RobotModel,
+        posture: Posture,
+        load: ContactLoad,
+    }
+
+    /// The load of the robot with its arm so, which moves its elbow at an acceleration.
+    fn loaded(shoulder: f64, acceleration: Option<f64>) -> Loaded {
+        let (model, world) = (robot(), world(vec![]));
+        let mut finder = SupportFinder::new(&model, &world, &Default::default()).unwrap();
+        let supports = both_feet().map(|contact| finder.find(&contact, 1.0));
+        let mut equilibrium = Equilibrium::new(world.mu);
+        let mut at = waypoint(0.0, shoulder, 0.0);
+        let posture = Posture::new(&model, &Configuration::of_waypoint(&at, 4));
+        let load = match acceleration {
+            None => least_squares_load(&model, &mut equilibrium, &supports, &posture),
+            Some(acceleration) => {
+                at.joint_acceleration[ELBOW] = acceleration;
+                let dynamics = InverseDynamics::new(&model, &posture, &at);
+                moving_load((&model, &posture), &mut equilibrium, &supports, &dynamics)
+            }
+        };
+        Loaded { model, posture, load }
+    }
+
+    fn weight(model: &RobotModel) -> f64 {
+        model.mass() * GRAVITY
+    }
+
+    /// The moment of all forces about a point.
+    fn moment_about(load: &ContactLoad, point: DVec3) -> DVec3 {
+        load.feet.iter().map(|foot| (foot.centre - point).cross(foot.force) + foot.moment).sum()
+    }
+
+    #[test]
+    fn the_forces_on_the_feet_hold_the_weight_at_the_centre_of_mass() {
+        let Loaded { model, load, .. } = loaded(-0.8, None);
+        let force: DVec3 = load.feet.iter().map(|foot| foot.force).sum();
+        assert!(force.distance(weight(&model) * DVec3::Z) < 1e-4, "{force}");
+        assert!(moment_about(&load, load.centre_of_mass).length() < 1e-4);
+        for foot in &load.feet {
+            assert!(foot.force.z > 0.0 && foot.centre.z.abs() < 1e-9);
+            // Pressure on a level floor has no moment about horizontal axes.
+            assert!(foot.moment.truncate().length() < 1e-6, "{foot:?}");
+            let beside = if foot.limb == 0 { foot.centre.y - 0.1 } else { foot.centre.y + 0.1 };
+            assert!(foot.centre.x.abs() <= 0.1 && beside.abs() <= 0.05, "{foot:?}");
+        }
+        let needed = MASS_LEVER * GRAVITY * libm::sin(0.8);
+        assert!((load.torques[SHOULDER].abs() - needed).abs() < 1e-6, "{:?}", load.torques);
+        assert!(load.torque_use >= needed / 200.0);
+        let largest = load.torques.iter().fold(0.0_f64, |most, torque| most.max(torque.abs()));
+        assert!((load.torque_use - largest / 200.0).abs() < 1e-12);
+        assert!(load.balance_margin > 0.05 && load.friction_use < 0.2, "{load:?}");
+    }
+
+    /// Two arm links of 2 kg, 0.2 and 0.6 m from the shoulder.
+    const MASS_LEVER: f64 = 2.0 * (0.2 + 0.6);
+
+    #[test]
+    fn the_forces_on_the_feet_move_the_robot() {
+        let acceleration = 2.0;
+        let Loaded { model, posture, load } = loaded(0.0, Some(acceleration));
+        // The forearm's centre, 0.2 m below the elbow, accelerates about x.
+        let of_forearm = acceleration * DVec3::X.cross(DVec3::new(0.0, 0.0, -0.2));
+        let change = model.links[4].mass * of_forearm;
+        let force: DVec3 = load.feet.iter().map(|foot| foot.force).sum();
+        let expected = weight(&model) * DVec3::Z + change;
+        assert!(force.distance(expected) < 1e-4, "{force} {expected}");
+        // About the forearm's centre, its inertia of 1 kg m2 takes the moment, and the weight of
+        // all else.
+        let forearm = posture.world_from_link[4] * model.links[4].com;
+        let of_weight = (load.centre_of_mass - forearm).cross(-weight(&model) * DVec3::Z);
+        let moment = moment_about(&load, forearm) + of_weight;
+        assert!(moment.distance(acceleration * DVec3::X) < 1e-3, "{moment}");
+        let still = loaded(0.0, Some(0.0)).load;
+        assert!(still.friction_use < load.friction_use, "{still:?} {load:?}");
+    }
+
+    #[test]
+    fn a_foot_uses_the_share_of_friction_by_which_its_force_leans() {
+        let normal = DVec3::new(0.0, 0.6, 0.8);
+        let force = 100.0 * normal + 20.0 * DVec3::X;
+        let at = ContactPoint { position: DVec3::new(0.3, -0.2, 0.1), normal };
+        let point = |limb: usize| PointForce { limb, at, force };
+        let foot = FootPressure::of_foot(0, &[point(0), point(1), point(0)]);
+        assert!((foot.pressure - 200.0).abs() < 1e-9 && foot.force.distance(2.0 * force) < 1e-9);
+        assert!((foot.friction_use(0.5) - 0.4).abs() < 1e-12);
+        let load = foot.load().unwrap();
+        assert!(load.centre.distance(at.position) < 1e-12 && load.moment.length() < 1e-9);
+        let pulled = PointForce { force: -force, ..point(0) };
+        let lifted = FootPressure::of_foot(0, &[pulled]);
+        assert_eq!(lifted.load(), None);
+        assert_eq!(FootPressure::of_foot(2, &[point(0)]).load(), None);
+    }
+}

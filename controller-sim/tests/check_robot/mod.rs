@@ -154,3 +154,14 @@ pub fn contact(limb: u32) -> Contact {
 pub fn both_feet() -> [Contact; 2] {
     [contact(0), contact(1)]
 }
+
+/// Uniform random numbers between two bounds, the same for the same seed.
+pub fn randoms(seed: u64) -> impl FnMut(f64, f64) -> f64 {
+    let mut state = seed;
+    move |low, high| {
+        // Knuth's generator of MMIX.
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((state >> 11) as f64 / (1_u64 << 53) as f64)
+    }
+}

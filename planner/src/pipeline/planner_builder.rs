@@ -311,6 +311,7 @@ impl<'a> PlannerBuilder<'a> {
             world: self.world.digest,
             config: self.scenario.digest,
             joints_len: context.constraints.robot.joints_len,
+            goal: self.scenario.goal,
         };
         let waypoints_max = self.scenario.planner.waypoints_max as usize;
         let checked_margin = self.scenario.checker.com_margin + COM_MARGIN_RESERVE;

@@ -4,6 +4,7 @@
 use bytemuck::Zeroable;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
+use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
 
@@ -31,6 +32,8 @@ pub struct Provenance {
     pub config: Digest,
     /// Number of joints in use.
     pub joints_len: usize,
+    /// The goal that the plan was asked for.
+    pub goal: StancePose,
 }
 
 /// Most motions that are written in parallel.
@@ -362,6 +365,7 @@ fn write_header(chunk: &mut PlanChunk, provenance: &Provenance, mode: u32, conta
         (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
     (chunk.robot, chunk.world, chunk.config) =
         (provenance.robot, provenance.world, provenance.config);
+    chunk.goal = provenance.goal.into();
     for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
         *slot = *contact;
         chunk.contacts_len += 1;

@@ -8,6 +8,7 @@ use crate::base::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON
 use crate::base::spatial::Pose;
 use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
+use crate::message::request::StancePoseData;
 
 /// The layout version in [`PlanChunk::schema`].
 pub const CHUNK_SCHEMA: u64 = 2;
@@ -232,13 +233,19 @@ pub struct PlanChunk {
     pub contacts: [Contact; CONTACTS_MAX],
     /// The motion.
     pub waypoints: [Waypoint; CHUNK_WAYPOINTS_MAX],
+    /// The goal that the plan was asked for; of width 0 where the sender states none. It is no part
+    /// of the stream's digest, since the plan does not depend on who asked for it.
+    pub goal: StancePoseData,
 }
 
 const _: () = assert!(size_of::<Waypoint>() == 64 + 16 * ROOT_FREEDOMS + 32 * JOINTS_MAX);
 const _: () = assert!(size_of::<Contact>() == 64 + 16 * POLYGON_VERTICES_MAX);
 const _: () = assert!(
     size_of::<PlanChunk>()
-        == 232 + CONTACTS_MAX * size_of::<Contact>() + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>()
+        == 232
+            + CONTACTS_MAX * size_of::<Contact>()
+            + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>()
+            + size_of::<StancePoseData>()
 );
 
 layout!(Waypoint {
@@ -282,7 +289,8 @@ layout!(PlanChunk {
     stream: Digest,
     contacts: [Contact; CONTACTS_MAX],
     waypoints: [Waypoint; CHUNK_WAYPOINTS_MAX],
-} with [Contact, Waypoint]);
+    goal: StancePoseData,
+} with [Contact, Waypoint, StancePoseData]);
 
 // SAFETY: a transparent array of bytes without pointers.
 unsafe impl ZeroCopySend for Digest {}
@@ -426,7 +434,8 @@ mod tests {
         for (index, change) in used.into_iter().enumerate() {
             assert!(differs(change), "used {index}");
         }
-        let unused: [&dyn Fn(&mut PlanChunk); 3] = [
+        let unused: [&dyn Fn(&mut PlanChunk); 4] = [
+            &|chunk| chunk.goal.yaw = 1.0,
             &|chunk| chunk.contacts[1].limb = 1,
             &|chunk| chunk.waypoints[2].time = 1.0,
             &|chunk| chunk.waypoints[1].q[3] = 1.0,

@@ -148,6 +148,7 @@ mod tests {
             ("stream", 200),
             ("contacts", 232),
             ("waypoints", 1512),
+            ("goal", 55_784),
         ];
         for (name, at) in expected {
             assert_eq!(offset(chunk, name), at, "{name}");
@@ -171,7 +172,7 @@ mod tests {
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_784, 6032));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_824, 6032));
     }
 
     #[test]
