@@ -17,8 +17,8 @@ use crate::relaxation::leg_curve::LegCurve;
 use crate::relaxation::obstruction::{Blockage, Enclosure, Obstruction};
 use crate::relaxation::step_search::StepSearch;
 use crate::relaxation::tuning::{
-    COLUMNS_MAX, COLUMNS_PER_UNIT, ELEMENTS_PER_UNIT, PART_MARGIN, SOLE_TILT_TAN, TOLERANCE,
-    VISITS_PER_UNIT,
+    COLUMNS_MAX, COLUMNS_PER_UNIT, ELEMENTS_PER_UNIT, PART_MARGIN, QUICK_COLUMNS_MAX,
+    SOLE_TILT_TAN, TOLERANCE, VISITS_PER_UNIT,
 };
 use crate::robot::bounding_spheres::BoundingSphere;
 use crate::robot::mechanism::Mechanism;
@@ -101,7 +101,7 @@ pub(crate) struct RelaxedProblem {
     grid: Option<Grid>,
     /// Whether there is ground beyond the grid.
     is_clipped: bool,
-    /// Whether the legs are examined even where the ball finds a way.
+    /// Whether the legs are examined on a large grid even where the ball finds a way.
     is_thorough: bool,
     ground: Vec<u64>,
     disc: Disc,
@@ -132,7 +132,7 @@ impl RelaxedProblem {
     }
 
     /// Begins with a robot in a world, between two ends; `is_thorough` says whether the legs are
-    /// examined even where a ball in the root finds a way.
+    /// examined on a large grid even where a ball in the root finds a way.
     pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2], is_thorough: bool) {
         (self.bounds, self.ends, self.grid) = (Bounds::of(world), ends, None);
         self.is_thorough = is_thorough;
@@ -288,7 +288,9 @@ impl RelaxedProblem {
                 let blockage = Blockage { shape, at, radius, reach };
                 Part::Over(RelaxedOutcome::Obstructed(Obstruction::Blockage(blockage)))
             }
-            Some(Passage::Open) if !self.is_thorough => Part::Over(RelaxedOutcome::Open),
+            Some(Passage::Open) if !self.is_thorough && grid.columns() > QUICK_COLUMNS_MAX => {
+                Part::Over(RelaxedOutcome::Open)
+            }
             Some(_) => self.begin_legs(grid),
         }
     }

@@ -19,6 +19,8 @@ pub(crate) const TESTED_RADIUS_MIN: f64 = 1e-3;
 
 // Legs as curves.
 
+/// Most columns of a grid on which legs cost little more than the rest.
+pub(crate) const QUICK_COLUMNS_MAX: usize = 12_000;
 /// Distance from the world that covered points of a leg keep, m.
 pub(crate) const CURVE_RADIUS: f64 = 0.044;
 /// How deep in the robot's shapes they lie, m.
