@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use surefoot_shared_types::message::Contact;
 
 use crate::timing::ground::Ground;
+use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
@@ -34,7 +35,37 @@ pub(crate) struct ZeroMomentRegion<'a> {
     margin: f64,
 }
 
+/// The load on the ground of a span, as far as the zero-moment point needs it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct GroundLoad {
+    /// Force upward, N.
+    press: f64,
+    /// Moments about x and y of the point of the ground's plane on the world's z axis, N m.
+    about: DVec2,
+}
+
+impl GroundLoad {
+    /// The sum with `factor` times another one.
+    pub fn plus(&self, other: &Self, factor: f64) -> Self {
+        Self { press: self.press + other.press * factor, about: self.about + other.about * factor }
+    }
+
+    /// The load at `part` (0 to 1) of the way to another one.
+    pub fn lerp(&self, other: &Self, part: f64) -> Self {
+        Self {
+            press: self.press + (other.press - self.press) * part,
+            about: self.about.lerp(other.about, part),
+        }
+    }
+}
+
 impl ContactGround {
+    /// The load of a wrench about a point (world, m).
+    pub fn load(&self, (force, moment): (DVec3, DVec3), point: DVec3) -> GroundLoad {
+        let arm = point - DVec3::Z * self.ground.height;
+        GroundLoad { press: force.z, about: (moment + arm.cross(force)).truncate() }
+    }
+
     /// The ground under these contacts. `checked` is the margin (m) that the controller demands.
     pub fn new(contacts: &[Contact], checked: f64) -> Self {
         let ground = Ground::under(contacts);
@@ -57,7 +88,7 @@ impl ZeroMomentRegion<'_> {
     /// Keeps the rates whose zero-moment point is inside.
     pub fn clip(&self, dynamics: &PathDynamics, rates: &mut RateSet) {
         for (excess, spare) in self.excesses(dynamics) {
-            rates.clip(excess.slope, spare);
+            rates.clip(excess.slope, spare, Limit::ZeroMoment);
         }
     }
 
@@ -72,6 +103,19 @@ impl ZeroMomentRegion<'_> {
         self.excesses(moving)
             .zip(self.excesses(&rest))
             .all(|((moving, _), (rest, spare))| moving.constant - rest.constant <= spare)
+    }
+
+    /// The same for a load on the ground and that of the configuration at rest.
+    pub fn holds_load(&self, moving: &GroundLoad, at_rest: &GroundLoad) -> bool {
+        let sides = self.ground.region.sides().iter();
+        let excesses = sides.map(|side| {
+            let limit = side.offset + self.margin;
+            let pressure = |load: &GroundLoad| DVec2::new(-load.about.y, load.about.x);
+            [moving, at_rest].map(|load| limit * load.press - side.normal.dot(pressure(load)))
+        });
+        let spare_min = ZERO_MOMENT_SHIFT_MIN * at_rest.press;
+        excesses.clone().all(|[moving, _]| moving <= 0.0)
+            || excesses.into_iter().all(|[moving, rest]| moving - rest <= (-rest).max(spare_min))
     }
 
     /// For every side of the region: how far the zero-moment point is beyond it, as an affine
