@@ -24,6 +24,10 @@ use surefoot_shared_types::world::world::World;
 /// Attempts at each pair: primitive postures, their neighbourhood, then uniform samples.
 const ATTEMPTS: u64 = 60;
 
+/// Distances (m) between which a walk's soles lie: beyond the collision of the shanks, and nearer
+/// than in the standing posture.
+const WALKING_WIDTHS: [f64; 2] = [0.12, 0.19];
+
 /// A level sole's heading, or that of one inclined by up to 0.2 rad.
 fn rotation(random: &mut Random, turn: f64) -> DQuat {
     let axis = DVec3::new(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0).normalize();
@@ -107,4 +111,15 @@ fn soles_without_a_valid_posture_exceed_the_step_limits() {
             && !steps.may_touch(0, &about, &turned(&beside, PI)),
         "it turns with the stance"
     );
+}
+
+#[test]
+fn a_walk_is_narrow_and_the_feet_touch_at_its_width_on_both_sides() {
+    let preparation = preparation_for(&hubo(), &PlannerConfig::default());
+    let steps = preparation.step_limits();
+    let width = steps.walking_width();
+    assert!((WALKING_WIDTHS[0]..WALKING_WIDTHS[1]).contains(&width), "{width} m");
+    let [left, right] =
+        [0.5, -0.5].map(|side| Pose::from_translation(DVec3::new(0.0, side * width, 0.0)));
+    assert!(steps.is_inside(0, &left, &right) && steps.is_inside(1, &right, &left));
 }

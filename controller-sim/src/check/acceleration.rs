@@ -259,4 +259,154 @@ mod tests {
         assert_eq!(speeds_after((0.5, 1.0), 0.0, 2.0, 10.0), None);
         assert_eq!(speeds_after((0.5, 1.0), -0.1, 2.0, 10.0), None);
     }
+    /// Speed and place of a joint, and how far it has moved against its way.
+    #[derive(Clone, Copy)]
+    struct Joint {
+        speed: f64,
+        place: f64,
+        back: f64,
+    }
+
+    impl Joint {
+        fn at(speed: f64) -> Self {
+            Self { speed, place: 0.0, back: 0.0 }
+        }
+
+        /// After a constant acceleration.
+        fn after(self, acceleration: f64, seconds: f64) -> Self {
+            let speed = self.speed + acceleration * seconds;
+            let place = self.place + 0.5 * (self.speed + speed) * seconds;
+            // Where the speed changes its sign, the joint goes back before or after that.
+            let turn = if self.speed * speed < 0.0 { self.speed / -acceleration } else { 0.0 };
+            let before = 0.5 * self.speed * turn;
+            let after = place - self.place - before;
+            let back = (-before).max(0.0) + (-after).max(0.0);
+            Self { speed, place, back: self.back + back }
+        }
+    }
+
+    fn randoms() -> impl FnMut(f64, f64) -> f64 {
+        let mut state = 7_u64;
+        move |low, high| {
+            state =
+                state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
+            low + (high - low) * ((state >> 11) as f64 / (1_u64 << 53) as f64)
+        }
+    }
+
+    #[test]
+    fn every_motion_within_the_limit_ends_at_a_speed_that_can_be_reached() {
+        let mut random = randoms();
+        let mut tried = 0;
+        for _ in 0..20_000 {
+            let limit = random(0.5, 10.0);
+            let least = random(0.0, 1.5);
+            let most = least + random(0.0, 0.5);
+            let mut joint = Joint::at(random(least, most));
+            let mut seconds = 0.0;
+            for _ in 0..4 {
+                let piece = random(0.0, 0.4);
+                joint = joint.after(random(-limit, limit), piece);
+                seconds += piece;
+            }
+            if joint.back > TRAVEL_BACK_MAX || joint.speed < 0.0 || joint.place < 0.0 {
+                continue;
+            }
+            tried += 1;
+            let found = speeds_after((least, most), joint.place, seconds, limit);
+            let (low, high) = found.expect("a motion goes there");
+            assert!(low <= joint.speed + 1e-9 && joint.speed <= high + 1e-9, "{low} {high}");
+        }
+        assert!(tried > 2_000, "{tried}");
+    }
+
+    /// The end of a motion that accelerates by `first` and then by the opposite, and covers `way`.
+    fn two_pieces(speed: f64, first: f64, way: f64, seconds: f64) -> Option<Joint> {
+        let end =
+            |switch: f64| Joint::at(speed).after(first, switch).after(-first, seconds - switch);
+        let (mut low, mut high) = (0.0, seconds);
+        let is_short = |switch: f64| (end(switch).place < way) == (first > 0.0);
+        if !is_short(low) || is_short(high) {
+            return None;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if is_short(middle) { low = middle } else { high = middle }
+        }
+        Some(end(low))
+    }
+
+    #[test]
+    fn the_fastest_and_the_slowest_end_are_those_of_late_and_of_early_acceleration() {
+        let mut random = randoms();
+        let (mut fastest, mut slowest) = (0, 0);
+        for _ in 0..5_000 {
+            let (limit, seconds) = (random(0.5, 10.0), random(0.2, 1.5));
+            let (speed, way) = (random(0.0, 1.5), random(0.0, 1.5));
+            let found = speeds_after((speed, speed), way, seconds, limit);
+            if let Some(late) = two_pieces(speed, -limit, way, seconds)
+                && late.back <= TRAVEL_BACK_MAX
+                && late.speed >= 0.0
+            {
+                let (_, high) = found.expect("late acceleration goes there");
+                assert!((high - late.speed).abs() < 1e-6, "{high} {}", late.speed);
+                fastest += 1;
+            }
+            if let Some(early) = two_pieces(speed, limit, way, seconds)
+                && early.speed >= 0.0
+            {
+                let (low, _) = found.expect("early acceleration goes there");
+                assert!((low - early.speed).abs() < 1e-6, "{low} {}", early.speed);
+                slowest += 1;
+            }
+        }
+        assert!(fastest > 300 && slowest > 300, "{fastest} {slowest}");
+    }
+
+    #[test]
+    fn among_several_speeds_the_best_one_before_counts() {
+        // At 2 rad/s2 over 0.5 rad within 1 s, accelerating or braking all the time ends fastest
+        // and slowest: from -0.5 rad/s to 1.5, from 1.5 to -0.5.
+        assert_eq!(speeds_after((0.0, 2.0), 1.0, 1.0, 1.0), Some((0.5, 1.5)));
+        assert_eq!(speeds_after((0.7, 2.0), 1.0, 1.0, 1.0).unwrap().0, 0.5);
+        assert_eq!(speeds_after((0.0, 1.3), 1.0, 1.0, 1.0).unwrap().1, 1.5);
+        // Half the way is too fast for all of them, twice the way too slow.
+        assert_eq!(speeds_after((1.6, 2.0), 0.5, 1.0, 1.0), None);
+        assert_eq!(speeds_after((0.0, 1.4), 2.0, 1.0, 1.0), None);
+    }
+
+    #[test]
+    fn a_run_up_is_as_long_as_a_joint_may_move_back() {
+        let run_up = |speed: f64, way: f64, limit: f64| {
+            speeds_after((speed, speed), way, 3.0, limit).unwrap().1
+        };
+        for (speed, way, limit) in [(0.0, 0.05, 10.0), (0.5, 0.05, 10.0), (0.3, 0.2, 2.0)] {
+            // It brakes to rest, goes back by the travel allowed, and accelerates over the rest.
+            let braking = 0.5 * speed * speed / limit;
+            let from_rest = (2.0 * limit * (way - braking + TRAVEL_BACK_MAX)).sqrt();
+            assert!((run_up(speed, way, limit) - from_rest).abs() < 1e-9);
+        }
+        // A joint that moves back stops within the travel allowed.
+        let back = (2.0 * 5.0 * TRAVEL_BACK_MAX).sqrt();
+        assert!(speeds_after((-0.999 * back, -0.999 * back), 0.1, 1.0, 5.0).is_some());
+        assert_eq!(speeds_after((-1.01 * back, -1.01 * back), 0.1, 1.0, 5.0), None);
+        assert_eq!(speeds_after((0.0, 0.0), 0.001, 1.0, 5.0).unwrap().0, -back);
+    }
+
+    #[test]
+    fn the_least_share_is_rounded_up_by_a_hundredth_and_the_limit_itself_is_tried() {
+        let least = |needed: f64| least_share(|share| share >= needed);
+        for exponent in -14..31 {
+            for factor in [1.0, 1.2, 1.7] {
+                let needed = factor * 2.0_f64.powi(exponent) * 1e-1;
+                let found = least(needed);
+                let most = (SHARE_RATIO * needed).max(1e-3);
+                assert!(needed <= found && found <= most, "{needed} {found}");
+            }
+        }
+        assert_eq!(least(0.0), 0.0);
+        assert_eq!([least(0.9999), least(1.0)], [1.0, 1.0]);
+        assert!(least(1.000_001) > 1.0 && least(0.5) < 1.0);
+        assert_eq!(least(f64::INFINITY), SHARE_MAX);
+    }
 }

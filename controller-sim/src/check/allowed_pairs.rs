@@ -7,14 +7,11 @@
 //! postures within it, or as deep as the robot file allows. Any other pair that overlaps in the
 //! standing posture may overlap as deep as there. Joints that are locked separate links, too.
 
-use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::model::{JointIndex, LinkIndex, RobotModel};
 
-use crate::base::comparison::largest;
 use crate::geometry::body::{CollisionBody, SolidPose};
-use crate::geometry::penetration::body_separation;
-use crate::geometry::solid::Solid;
+use crate::geometry::penetration::body_depth;
 use crate::kinematics::forward::{Configuration, Posture};
 
 /// Covers of links this many joints apart may overlap as the joints bend: a hip, an ankle or a
@@ -37,7 +34,7 @@ pub struct SelfPair {
     pub bodies: (usize, usize),
     /// How deep they overlap in the standing posture, m; 0 where they are clear of each other.
     pub standing_depth: f64,
-    /// How deep they may overlap, m; infinite where only the limits of joints bound it.
+    /// How deep they may overlap, m.
     pub depth_max: f64,
     /// The joints between near bodies and their ranges in walks: nothing is checked where all of
     /// them are within their ranges. Empty for other pairs.
@@ -98,7 +95,7 @@ impl<'a> DepthSurvey<'a> {
         if between.is_empty() {
             return None;
         }
-        let standing_depth = self.depth(&self.standing, bodies);
+        let standing_depth = self.depth(&self.standing, bodies, 0.0);
         let pair = |depth_max, walked| SelfPair { bodies, standing_depth, depth_max, walked };
         if standing_depth == 0.0 {
             return Some(pair(0.0, vec![]));
@@ -108,33 +105,21 @@ impl<'a> DepthSurvey<'a> {
         }
         let moving: Vec<JointIndex> =
             between.into_iter().filter(|joint| *joint < self.moving).collect();
-        if self.is_leg_of_mesh(bodies, &moving) {
-            return Some(pair(f64::INFINITY, vec![]));
-        }
         let walked: Vec<JointRange> = moving.into_iter().map(|joint| self.walked(joint)).collect();
-        let depths = postures(&self.model, &walked).map(|posture| self.depth(&posture, bodies));
-        let depth_max = largest(depths.chain([standing_depth, self.granted((a, b))]));
+        let known = standing_depth.max(self.granted((a, b)));
+        let depth_max = postures(&self.model, &walked)
+            .fold(known, |known, posture| self.depth(&posture, bodies, known));
         Some(pair(depth_max + DEPTH_ROUNDING, walked))
     }
 
-    /// Whether only joints of legs move two bodies against each other, of which one is a mesh: its
-    /// depths in all these postures take half a minute.
-    fn is_leg_of_mesh(&self, bodies: (usize, usize), moving: &[JointIndex]) -> bool {
-        let is_mesh = |index: usize| matches!(self.bodies[index].solid, Solid::Mesh(_));
-        (is_mesh(bodies.0) || is_mesh(bodies.1))
-            && moving.iter().all(|joint| self.leg_joints.contains(joint))
-    }
-
-    /// How deep two bodies overlap, m; 0 where they are clear of each other.
-    fn depth(&self, posture: &Posture, (first, second): (usize, usize)) -> f64 {
+    /// How deep two bodies overlap, m; `known` where they overlap less.
+    fn depth(&self, posture: &Posture, (first, second): (usize, usize), known: f64) -> f64 {
         let [a, b] = [first, second].map(|index| {
             let body = &self.bodies[index];
             let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
             (&body.solid, SolidPose::new(body, &pose))
         });
-        let direction = (b.1.bounds.centre() - a.1.bounds.centre()).normalize_or(DVec3::X);
-        let distance = body_separation((a.0, &a.1), (b.0, &b.1), direction, 0.0).distance;
-        if distance >= 0.0 { 0.0 } else { -distance }
+        body_depth((a.0, &a.1), (b.0, &b.1), known)
     }
 
     /// A joint's range in walks.
@@ -190,9 +175,7 @@ pub fn describe(pairs: &[SelfPair], bodies: &[CollisionBody]) -> Vec<String> {
         .map(|pair| {
             let (a, b) = (&bodies[pair.bodies.0].name, &bodies[pair.bodies.1].name);
             let (standing, depth) = (1e3 * pair.standing_depth, 1e3 * pair.depth_max);
-            let reason = if pair.depth_max == f64::INFINITY {
-                format!("neighbours in a leg of meshes, {standing:.1} mm when standing, unbounded")
-            } else if pair.walked.is_empty() {
+            let reason = if pair.walked.is_empty() {
                 format!("by {depth:.1} mm as when standing")
             } else {
                 format!("neighbours, by {depth:.1} mm as in walks, {standing:.1} mm when standing")

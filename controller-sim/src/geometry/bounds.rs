@@ -49,9 +49,9 @@ impl Bounds {
     }
 
     /// Penetration depth of two overlapping boxes, m: the shortest translation along an axis that
-    /// separates them.
+    /// separates them; negative where they are apart along an axis.
     pub fn penetration(&self, other: &Self) -> f64 {
-        (self.high.min(other.high) - self.low.max(other.low)).min_element()
+        (self.high - other.low).min(other.high - self.low).min_element()
     }
 
     /// Whether another box lies in this one.

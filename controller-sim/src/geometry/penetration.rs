@@ -1,28 +1,35 @@
 //! The depth of solids of which surfaces cross.
 //!
 //! The triangles of a mesh have no thickness, so the depth of a triangle in another solid does not
-//! measure the overlap of the solids. Here the depth is that of the deepest sample of one surface
-//! inside the other solid: the distance of the sample to the surface of that solid.
+//! measure the overlap of the solids. Here the depth is that of the deepest point of one surface
+//! inside the other solid: its distance to the surface of that solid. This distance changes no
+//! faster than the point moves, so no point of a part of a triangle is deeper than the part's
+//! middle by more than the part's radius. Only parts that may hold the deepest point are divided
+//! (branch and bound).
 
 use glam::DVec3;
+use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::query::PointQuery;
 use surefoot_shared_types::Pose;
 
+use crate::base::comparison::{is_at_most, is_below, largest};
 use crate::geometry::body::SolidPose;
 use crate::geometry::bounds::Bounds;
 use crate::geometry::mesh_solid::MeshSolid;
-use crate::geometry::separation::{Separation, convex_separation, is_inside_mesh, separation};
+use crate::geometry::separation::{
+    Separation, convex_separation, is_inside_mesh, separation, separation_until,
+};
 use crate::geometry::solid::{Convex, Core, Solid};
 
-/// Spacing of the samples on a surface, m.
-const SAMPLE_SPACING: f64 = 3e-3;
-/// Most samples along a side of a triangle; a larger triangle is sampled more coarsely.
-const SIDE_SAMPLES_MAX: usize = 64;
+/// A part of a triangle is divided until all of it is this near its middle, m. The depth may
+/// exceed the measured one by less than that.
+const PART_RADIUS_MAX: f64 = 1.5e-3;
 /// Triangles that overlap less than this count as touching, m.
 const CROSSING_DEPTH_MIN: f64 = 1e-4;
 
 /// As [`separation`], but where one solid is a mesh, and the surfaces cross or one solid lies
-/// inside the mesh, the depth is at least that of [`deepest_sample`].
+/// inside the mesh, the depth is at least that of the deepest point of a surface inside the other
+/// solid.
 pub fn solid_separation(
     a: (&Solid, &SolidPose),
     b: (&Solid, &SolidPose),
@@ -30,8 +37,7 @@ pub fn solid_separation(
     enough: f64,
 ) -> Separation {
     let found = separation(a, b, hint, enough);
-    let is_mesh = |solid: &Solid| matches!(solid, Solid::Mesh(_));
-    if !(is_mesh(a.0) || is_mesh(b.0)) {
+    if !is_mesh(a.0) && !is_mesh(b.0) {
         return found;
     }
     let overlaps =
@@ -39,26 +45,56 @@ pub fn solid_separation(
     if !overlaps {
         return found;
     }
-    Separation { distance: found.distance.min(-deepest_sample(a, b)), ..found }
+    Separation { distance: found.distance.min(-deepest_point(a, b, 0.0)), ..found }
 }
 
 /// As [`solid_separation`], for bodies that do not stand on each other: where triangles of two
-/// meshes cross, the depth is that of the boxes around the meshes, a translation that separates
-/// them.
+/// meshes cross, the depth is that of the boxes around them.
 pub fn body_separation(
     a: (&Solid, &SolidPose),
     b: (&Solid, &SolidPose),
     hint: DVec3,
     enough: f64,
 ) -> Separation {
-    if !matches!((a.0, b.0), (Solid::Mesh(_), Solid::Mesh(_))) {
+    if !is_mesh(a.0) || !is_mesh(b.0) {
         return solid_separation(a, b, hint, enough);
     }
-    let found = separation(a, b, hint, enough);
+    let found = separation_until(a, b, hint, enough, 0.0);
     if found.distance >= 0.0 {
         return found;
     }
-    Separation { distance: -a.1.bounds.penetration(&b.1.bounds), ..found }
+    Separation { distance: -depth_of_boxes(a, b), ..found }
+}
+
+/// The depth that [`body_separation`] measures, m, or `known` if that is greater. Parts of the
+/// solids that are no deeper than `known` are not measured.
+pub fn body_depth(a: (&Solid, &SolidPose), b: (&Solid, &SolidPose), known: f64) -> f64 {
+    if a.1.bounds.distance(&b.1.bounds) > 0.0 {
+        return known;
+    }
+    let hint = (b.1.bounds.centre() - a.1.bounds.centre()).normalize_or(DVec3::X);
+    if is_mesh(a.0) && is_mesh(b.0) {
+        let depth = depth_of_boxes(a, b);
+        let crosses = || is_below(separation_until(a, b, hint, 0.0, 0.0).distance, 0.0);
+        return if is_below(known, depth) && crosses() { depth } else { known };
+    }
+    let of_triangles = known.max(-separation(a, b, hint, -known).distance);
+    if is_mesh(a.0) || is_mesh(b.0) { deepest_point(a, b, of_triangles) } else { of_triangles }
+}
+
+/// The depth of the boxes around two solids, along the axes of either, m: a translation that
+/// separates them. It does not depend on how the two are turned together.
+fn depth_of_boxes(a: (&Solid, &SolidPose), b: (&Solid, &SolidPose)) -> f64 {
+    let along_axes_of = |(own, placed): (&Solid, &SolidPose),
+                         (other, there): (&Solid, &SolidPose)| {
+        let own_from_other = placed.world_from_solid.inverse() * there.world_from_solid;
+        own.local_bounds().penetration(&other.local_bounds().transformed(&own_from_other))
+    };
+    along_axes_of(a, b).min(along_axes_of(b, a))
+}
+
+fn is_mesh(solid: &Solid) -> bool {
+    matches!(solid, Solid::Mesh(_))
 }
 
 /// Whether the middle of a solid lies inside a closed mesh whose box holds the box of the solid.
@@ -69,37 +105,62 @@ fn has_middle_of((mesh, placed): (&Solid, &SolidPose), (_, other): (&Solid, &Sol
         && is_inside_mesh(&mesh.surface, &placed.world_from_solid, other.bounds.centre())
 }
 
-/// The depth of the deepest sample of either surface inside the other solid, m; 0 where no sample
-/// lies inside.
-pub fn deepest_sample(a: (&Solid, &SolidPose), b: (&Solid, &SolidPose)) -> f64 {
-    depth_of_first(a, b).max(depth_of_first(b, a))
+/// The depth of the deepest point of either surface inside the other solid, m; `known` where no
+/// point is deeper.
+fn deepest_point(a: (&Solid, &SolidPose), b: (&Solid, &SolidPose), known: f64) -> f64 {
+    deepest_of_first(b, a, deepest_of_first(a, b, known))
 }
 
-/// The depth of the deepest sample of the surface of `a` inside `b`.
-fn depth_of_first(a: (&Solid, &SolidPose), b: (&Solid, &SolidPose)) -> f64 {
-    let world_from_a = a.1.world_from_solid;
-    let near = b.1.bounds.transformed(&world_from_a.inverse());
-    let mut deepest: f64 = 0.0;
-    for triangle in surface(a.0) {
-        for at in samples(&triangle, &near) {
-            deepest = deepest.max(depth_of_point(world_from_a * at, b));
+/// The depth of the deepest point of the surface of `a` inside `b`, m; `known` where no point is
+/// deeper.
+fn deepest_of_first(a: (&Solid, &SolidPose), b: (&Solid, &SolidPose), known: f64) -> f64 {
+    if matches!(b.0, Solid::Mesh(mesh) if !mesh.is_closed) {
+        return known;
+    }
+    let near = b.1.bounds.transformed(&a.1.world_from_solid.inverse());
+    let b_from_a = b.1.world_from_solid.inverse() * a.1.world_from_solid;
+    let mut deepest = known;
+    for triangle in triangles_near(a.0, &near) {
+        let part: Vec<DVec3> =
+            clipped(&triangle, &near).into_iter().map(|at| b_from_a * at).collect();
+        let Some((&first, rest)) = part.split_first() else { continue };
+        for pair in rest.windows(2) {
+            deepest = deepest_of_part([first, pair[0], pair[1]], b.0, deepest);
         }
     }
     deepest
 }
 
-/// The distance of a point (in the world, m) inside a solid to its surface; 0 outside.
-fn depth_of_point(point: DVec3, (solid, placed): (&Solid, &SolidPose)) -> f64 {
+/// The depth of the deepest point of a triangle (in the frame of the solid) inside a solid, m;
+/// `known` where no point is deeper.
+fn deepest_of_part([a, b, c]: [DVec3; 3], solid: &Solid, known: f64) -> f64 {
+    let middle = (a + b + c) / 3.0;
+    let radius = largest([a, b, c].map(|corner| corner.distance(middle)));
+    let depth = signed_depth(solid, middle, known - radius);
+    if is_at_most(depth, known - radius) {
+        return known;
+    }
+    let deepest = known.max(depth);
+    if !is_below(PART_RADIUS_MAX, radius) {
+        let at_corner = |deepest: f64, at| deepest.max(signed_depth(solid, at, deepest));
+        return [a, b, c].into_iter().fold(deepest, at_corner);
+    }
+    let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+    let parts = [[ab, bc, ca], [a, ab, ca], [ab, b, bc], [ca, bc, c]];
+    parts.into_iter().fold(deepest, |deepest, part| deepest_of_part(part, solid, deepest))
+}
+
+/// The distance of a point (in the frame of the solid, m) inside a solid to its surface; negative
+/// outside. Where it is at most `needed`, any number up to that.
+fn signed_depth(solid: &Solid, point: DVec3, needed: f64) -> f64 {
     match solid {
-        Solid::Convex(convex) => {
-            depth_in_convex(convex, placed.world_from_solid.inverse() * point).max(0.0)
-        }
-        Solid::Mesh(mesh) => depth_in_mesh(mesh, &placed.world_from_solid, point),
+        Solid::Convex(convex) => depth_in_convex(convex, point),
+        Solid::Mesh(mesh) => depth_in_mesh(mesh, point, needed),
     }
 }
 
 /// The distance of a point (in the frame of the solid, m) inside a convex solid to its surface;
-/// negative outside.
+/// negative outside, and there no further from 0 than the distance.
 fn depth_in_convex(convex: &Convex, point: DVec3) -> f64 {
     match &convex.core {
         Core::Box(half) => (*half - point.abs()).min_element() + convex.radius,
@@ -120,32 +181,34 @@ fn depth_in_convex(convex: &Convex, point: DVec3) -> f64 {
     }
 }
 
-fn depth_in_mesh(mesh: &MeshSolid, world_from_mesh: &Pose, point: DVec3) -> f64 {
-    if !mesh.is_closed || !is_inside_mesh(&mesh.surface, world_from_mesh, point) {
-        return 0.0;
+/// As [`signed_depth`], in a mesh; the distance is measured first, which is cheaper than the rays
+/// that decide on which side a point is.
+fn depth_in_mesh(mesh: &MeshSolid, point: DVec3, needed: f64) -> f64 {
+    let distance = mesh.surface.distance_to_local_point(point, false);
+    if is_at_most(distance, needed) {
+        return distance;
     }
-    let local = world_from_mesh.inverse() * point;
-    mesh.surface.distance_to_local_point(local, false)
+    let is_inside = mesh.is_closed && is_inside_mesh(&mesh.surface, &Pose::IDENTITY, point);
+    if is_inside { distance } else { -distance }
 }
 
-/// The triangles of a solid's surface, in its own frame. A round solid is replaced by a polyhedron.
-fn surface(solid: &Solid) -> Vec<[DVec3; 3]> {
+/// The triangles of a solid's surface that may reach into a box, in its own frame. A round solid is
+/// replaced by a polyhedron.
+fn triangles_near(solid: &Solid, near: &Bounds) -> Vec<[DVec3; 3]> {
     match solid {
         Solid::Mesh(mesh) => {
-            mesh.surface.triangles().map(|triangle| [triangle.a, triangle.b, triangle.c]).collect()
+            let region = Aabb::new(near.low, near.high);
+            let found = mesh.surface.bvh().intersect_aabb(&region);
+            let triangles = found.map(|index| mesh.surface.triangle(index));
+            triangles.map(|triangle| [triangle.a, triangle.b, triangle.c]).collect()
         }
-        Solid::Convex(convex) => convex.surface(),
+        Solid::Convex(convex) => {
+            let reaches = |triangle: &[DVec3; 3]| {
+                is_at_most(near.distance(&Bounds::of_points(*triangle)), 0.0)
+            };
+            convex.surface().into_iter().filter(reaches).collect()
+        }
     }
-}
-
-/// Samples of the part of a triangle that lies in a box, its corners among them.
-fn samples(triangle: &[DVec3; 3], near: &Bounds) -> Vec<DVec3> {
-    if near.distance(&Bounds::of_points(*triangle)) > 0.0 {
-        return Vec::new();
-    }
-    let part = clipped(triangle, near);
-    let Some((&first, rest)) = part.split_first() else { return Vec::new() };
-    rest.windows(2).flat_map(|pair| grid([first, pair[0], pair[1]])).collect()
 }
 
 /// The part of a triangle in a box: a convex polygon (Sutherland and Hodgman's clipping).
@@ -168,15 +231,6 @@ fn clipped(triangle: &[DVec3; 3], near: &Bounds) -> Vec<DVec3> {
         }
     }
     part
-}
-
-/// Points of a triangle at most [`SAMPLE_SPACING`] apart along its sides.
-fn grid([a, b, c]: [DVec3; 3]) -> Vec<DVec3> {
-    let longest = (b - a).length().max((c - a).length()).max((c - b).length());
-    let count = ((longest / SAMPLE_SPACING).ceil() as usize).clamp(1, SIDE_SAMPLES_MAX);
-    let step = 1.0 / count as f64;
-    let places = (0..=count).flat_map(|i| (0..=count - i).map(move |k| (i as f64, k as f64)));
-    places.map(|(i, k)| a + i * step * (b - a) + k * step * (c - a)).collect()
 }
 
 #[cfg(test)]
@@ -229,11 +283,11 @@ mod tests {
 
     #[test]
     fn a_meshed_box_is_closed_and_faces_outwards() {
-        let (solid, placed) = place(&mesh([0.1, 0.2, 0.3], 3), [0.0; 3]);
+        let (solid, _) = place(&mesh([0.1, 0.2, 0.3], 3), [0.0; 3]);
         let Solid::Mesh(mesh) = &solid else { unreachable!() };
         assert!(mesh.is_closed);
-        assert!((depth_in_mesh(mesh, &placed.world_from_solid, DVec3::ZERO) - 0.1).abs() < 1e-9);
-        assert_eq!(depth_in_mesh(mesh, &placed.world_from_solid, DVec3::splat(0.15)), 0.0);
+        assert!((depth_in_mesh(mesh, DVec3::ZERO, 0.0) - 0.1).abs() < 1e-9);
+        assert!((depth_in_mesh(mesh, DVec3::new(0.15, 0.0, 0.0), -1.0) + 0.05).abs() < 1e-9);
     }
 
     #[test]
@@ -292,6 +346,52 @@ mod tests {
         for shape in round {
             let found = distance(&place(&shape, [0.0, 0.0, 0.05]), &box_mesh);
             assert!(found < -0.01, "{shape:?}: {found}");
+        }
+    }
+    #[test]
+    fn a_thin_mesh_inside_another_one_is_as_deep_as_the_way_out() {
+        let block = place(&mesh([0.1, 0.1, 0.1], 1), [0.0; 3]);
+        let fin = place(&mesh([0.0005, 0.12, 0.05], 1), [0.02, 0.0, 0.0]);
+        let found = body_separation((&block.0, &block.1), (&fin.0, &fin.1), DVec3::X, 0.1);
+        assert!((found.distance + 0.0805).abs() < 1e-9, "{found:?}");
+    }
+
+    /// A solid turned about z.
+    fn turned(shape: &Shape, at: [f64; 3], angle: f64) -> Placed {
+        let (solid, _) = place(shape, at);
+        let pose = Pose::from_parts(at.into(), glam::DQuat::from_rotation_z(angle));
+        let bounds = solid.local_bounds().transformed(&pose);
+        (solid, SolidPose { world_from_solid: pose, bounds })
+    }
+
+    #[test]
+    fn the_depth_is_the_measured_one_whatever_is_known() {
+        let solids = [
+            place(&mesh([0.1, 0.06, 0.04], 3), [0.0; 3]),
+            turned(&mesh([0.05, 0.05, 0.05], 2), [0.08, 0.03, 0.01], 0.4),
+            turned(&cuboid([0.03, 0.09, 0.02]), [-0.07, 0.02, 0.01], 0.7),
+            place(&Shape::Capsule { radius: 0.02, half_length: 0.1 }, [0.0, 0.05, 0.02]),
+            place(&cuboid([0.02; 3]), [0.5, 0.0, 0.0]),
+        ];
+        for (a, b) in (0..5).flat_map(|a| (0..5).map(move |b| (a, b))).filter(|(a, b)| a != b) {
+            let (a, b) = ((&solids[a].0, &solids[a].1), (&solids[b].0, &solids[b].1));
+            let hint = (b.1.bounds.centre() - a.1.bounds.centre()).normalize_or(DVec3::X);
+            let measured = (-body_separation(a, b, hint, 0.0).distance).max(0.0);
+            for known in [0.0, 0.5 * measured, measured, measured + 0.01] {
+                let depth = body_depth(a, b, known);
+                assert!((depth - known.max(measured)).abs() < 1e-9, "{depth} {known} {measured}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_deep_in_a_large_triangle_is_found() {
+        // A pin of 8 mm stands beside the middle of a face of 0.8 m.
+        let wall = place(&mesh([0.4, 0.4, 0.05], 1), [0.0; 3]);
+        for at in [[0.137, 0.071], [-0.2931, 0.3117]] {
+            let pin = place(&cuboid([0.004, 0.004, 0.1]), [at[0], at[1], 0.12]);
+            let found = distance(&wall, &pin);
+            assert!((found + 0.03).abs() < 1e-6, "{found}");
         }
     }
 }

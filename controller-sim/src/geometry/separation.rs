@@ -18,6 +18,7 @@ use parry3d_f64::shape::{SupportMap, TriMesh};
 use surefoot_shared_types::Pose;
 
 use crate::geometry::body::SolidPose;
+use crate::geometry::bounds::Bounds;
 use crate::geometry::solid::{Convex, Core, Solid};
 
 /// A lower bound on the signed distance of two solids.
@@ -44,6 +45,17 @@ pub fn separation(
     hint: DVec3,
     enough: f64,
 ) -> Separation {
+    separation_until(a, b, hint, enough, f64::NEG_INFINITY)
+}
+
+/// As [`separation`], but of meshes the first triangle that is nearer than `stop` (m) ends it.
+pub fn separation_until(
+    a: (&Solid, &SolidPose),
+    b: (&Solid, &SolidPose),
+    hint: DVec3,
+    enough: f64,
+    stop: f64,
+) -> Separation {
     let apart = a.1.bounds.distance(&b.1.bounds);
     // Overlapping boxes do not bound the penetration depth of their contents.
     if apart > 0.0 && apart >= enough {
@@ -57,15 +69,12 @@ pub fn separation(
             enough,
         ),
         (Solid::Mesh(mesh), other) => {
-            mesh_separation((&mesh.surface, &a.1.world_from_solid), (other, b.1), hint, enough)
+            let mesh = (&mesh.surface, &a.1.world_from_solid);
+            mesh_separation(mesh, (other, b.1), hint, (enough, stop))
         }
         (other, Solid::Mesh(mesh)) => {
-            let turned = mesh_separation(
-                (&mesh.surface, &b.1.world_from_solid),
-                (other, a.1),
-                -hint,
-                enough,
-            );
+            let mesh = (&mesh.surface, &b.1.world_from_solid);
+            let turned = mesh_separation(mesh, (other, a.1), -hint, (enough, stop));
             Separation { direction: -turned.direction, ..turned }
         }
     }
@@ -97,7 +106,7 @@ fn mesh_separation(
     mesh: (&TriMesh, &Pose),
     other: (&Solid, &SolidPose),
     hint: DVec3,
-    enough: f64,
+    (enough, stop): (f64, f64),
 ) -> Separation {
     let near = other.1.bounds.transformed(&mesh.1.inverse()).expanded(enough.max(0.0));
     let mut worst = Separation { distance: enough, direction: hint };
@@ -114,21 +123,23 @@ fn mesh_separation(
             ),
             Solid::Mesh(second) => {
                 let bounds =
-                    crate::geometry::bounds::Bounds::of_points([corners.a, corners.b, corners.c])
-                        .transformed(mesh.1);
+                    Bounds::of_points([corners.a, corners.b, corners.c]).transformed(mesh.1);
                 let placed = SolidPose { world_from_solid: *mesh.1, bounds };
                 let solid = Solid::Convex(triangle);
                 let turned = mesh_separation(
                     (&second.surface, &other.1.world_from_solid),
                     (&solid, &placed),
                     -worst.direction,
-                    worst.distance,
+                    (worst.distance, stop),
                 );
                 Separation { direction: -turned.direction, ..turned }
             }
         };
         if found.distance < worst.distance {
             worst = found;
+        }
+        if worst.distance < stop {
+            break;
         }
     }
     worst

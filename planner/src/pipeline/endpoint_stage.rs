@@ -65,11 +65,6 @@ impl EndpointStage {
         [&self.start, &self.goal]
     }
 
-    /// Distance between the feet at the start, m.
-    pub fn stance_width(&self) -> f64 {
-        self.start.stance_width
-    }
-
     /// Distance of the centre of mass inside the support at the start, m.
     pub fn com_margin(&self) -> f64 {
         self.com_margin

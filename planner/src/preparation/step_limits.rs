@@ -18,7 +18,7 @@ use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::{Foothold, single_mode};
 use crate::preparation::tuning::{
     BEARINGS, CLIMB_MAX, CLIMBS, STEP_DECREMENTS, STEP_LENGTH_SLACK, STEP_TURN_INCREMENT,
-    STEP_TURN_MAX, STEP_TURNS,
+    STEP_TURN_MAX, STEP_TURNS, WALKING_WIDTH_MARGIN,
 };
 use crate::primitives::level_sole::side_of;
 use crate::primitives::transition_configuration::{TransitionPair, has_valid_posture};
@@ -132,6 +132,16 @@ impl StepLimits {
             if shortest <= length { longest.max(*length) } else { longest }
         };
         level.flatten().fold(0.0, longest)
+    }
+
+    /// Distance between the soles in a walk straight ahead (m), beside the heading: the narrowest
+    /// on both feet with some space. The narrower the stance, the less the centre of mass sways.
+    pub fn walking_width(&self) -> f64 {
+        let shortest = |stance: usize| {
+            let toward_other = if stance == 0 { 3 * BEARINGS / 4 } else { BEARINGS / 4 };
+            self.lengths[stance][STEP_TURNS / 2][CLIMBS / 2][toward_other][0]
+        };
+        shortest(0).max(shortest(1)) + WALKING_WIDTH_MARGIN
     }
 
     /// Upper bound of the distance between soles, m.

@@ -91,6 +91,8 @@ pub(crate) const STEP_TURN_INCREMENT: f64 = 0.05;
 /// Decrements of the step lengths that are tried, m: first the coarse one, then the fine one
 /// between the last two lengths.
 pub(crate) const STEP_DECREMENTS: [f64; 2] = [0.08, 0.02];
+/// Distance (m) by which the feet of a walk keep from the narrowest stance.
+pub(crate) const WALKING_WIDTH_MARGIN: f64 = 0.01;
 /// Length of a possible step relative to those that were tried: other postures and inclined soles
 /// reach farther.
 pub(crate) const STEP_LENGTH_SLACK: f64 = 1.15;
