@@ -275,14 +275,16 @@ impl DynamicNode {
     /// Force on the body, and moment about its origin.
     fn force(&self, frame: &DAffine3, motion: &NodeMotion) -> (DVec3, DVec3) {
         let com = frame.matrix3 * self.com;
-        let spin = motion.velocity.cross(motion.velocity.cross(com));
-        let force = (motion.linear + motion.angular.cross(com) + spin) * self.mass;
         let turned =
             |vector: DVec3| frame.matrix3 * (self.inertia * (frame.matrix3.transpose() * vector));
-        let moment = turned(motion.angular)
-            + motion.velocity.cross(turned(motion.velocity))
-            + com.cross(force);
-        (force, moment)
+        let mut linear = motion.linear + motion.angular.cross(com);
+        let mut moment = turned(motion.angular);
+        if motion.velocity != DVec3::ZERO {
+            linear += motion.velocity.cross(motion.velocity.cross(com));
+            moment += motion.velocity.cross(turned(motion.velocity));
+        }
+        let force = linear * self.mass;
+        (force, moment + com.cross(force))
     }
 }
 

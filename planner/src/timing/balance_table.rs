@@ -1,14 +1,14 @@
 //! The load on the ground of a timed motion at places between its waypoints, as far as the
 //! zero-moment point needs it, at any rate of plan time: what braking ramps are tested with.
 
-use surefoot_shared_types::message::{Interpolation, PlanTime, Waypoint};
+use surefoot_shared_types::message::{Interpolation, Waypoint};
 
 use crate::timing::motion_changes::MotionChanges;
 use crate::timing::path_point::Path;
 use crate::timing::profile_check::is_steady;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
-use crate::timing::zero_moment::{ContactGround, GroundLoad};
+use crate::timing::zero_moment::{BalanceBasis, ContactGround};
 
 /// Intervals between waypoints of which the table knows the load.
 const ENTRIES: usize = 2048;
@@ -18,30 +18,6 @@ const PARTS_MAX: usize = 4;
 const PARTS_WHERE_STEADY: usize = 2;
 /// Spreads the intervals of neighbouring spans over the table.
 const SPAN_STEP: usize = 97;
-
-/// The load on the ground at an instant: at rest, by the square of the rate of plan time, and by
-/// its change.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct BalanceBasis {
-    pub at_rest: GroundLoad,
-    pub by_square: GroundLoad,
-    pub by_change: GroundLoad,
-}
-
-impl BalanceBasis {
-    /// The load while plan time passes like this.
-    pub fn moving(&self, at: &PlanTime) -> GroundLoad {
-        self.at_rest.plus(&self.by_square, at.rate * at.rate).plus(&self.by_change, at.rate_change)
-    }
-
-    fn lerp(&self, next: &Self, part: f64) -> Self {
-        Self {
-            at_rest: self.at_rest.lerp(&next.at_rest, part),
-            by_square: self.by_square.lerp(&next.by_square, part),
-            by_change: self.by_change.lerp(&next.by_change, part),
-        }
-    }
-}
 
 /// The load in one interval.
 #[derive(Debug, Clone, Copy, Default)]
@@ -54,7 +30,7 @@ struct Entry {
     loads: [BalanceBasis; PARTS_MAX + 1],
 }
 
-/// The table. An entry replaces another one at the same place; what is missing is computed.
+/// The table. An entry replaces another one at the same place; missing ones are computed.
 #[derive(Debug)]
 pub struct BalanceTable {
     entries: Vec<Entry>,

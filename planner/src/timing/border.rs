@@ -11,7 +11,7 @@ const CORNERS_MAX: usize = VERTICES_MAX + DIRECTIONS_MAX;
 /// Width of the edge of rates at rest, in units of the largest rates.
 const REST_WIDTH: f64 = 1e-6;
 
-/// What is known of an edge.
+/// The state of knowledge about an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Edge {
     /// It is a side of the set within which the border was sought.
@@ -69,7 +69,7 @@ impl Border {
     }
 
     /// The edges that are not sides of the polygon around the set.
-    pub fn cuts(&self) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+    pub fn inner_edges(&self) -> impl Iterator<Item = [DVec2; 2]> + '_ {
         let next = self.corners.iter().cycle().skip(1);
         let pairs = self.corners.iter().zip(next).zip(&self.edges);
         pairs.filter(|(_, edge)| **edge != Edge::Side).map(|((&a, &b), _)| [a, b])
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_corners_beyond_the_set_are_sought() {
+    fn only_corners_beyond_the_set_are_asked_for() {
         // The set is the unit square less the corner beyond x + y = 1.5.
         let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(DVec2::from);
         let is_inside = |corner: DVec2| corner.x + corner.y <= 1.5;
@@ -147,12 +147,12 @@ mod tests {
         }
         assert!(asked <= 4, "{asked}");
         assert_eq!(border.corners().len(), 5);
-        assert_eq!(border.cuts().count(), 3);
+        assert_eq!(border.inner_edges().count(), 3);
         let all = Border::within(DVec2::ONE, &square, |_| true);
-        assert!(all.widest_gap().is_none() && all.cuts().next().is_none());
+        assert!(all.widest_gap().is_none() && all.inner_edges().next().is_none());
         // A corner that is hardly beyond is left out.
         let cut = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.998), (0.998, 1.0), (0.0, 1.0)];
         let border = Border::within(DVec2::ONE, &cut.map(DVec2::from), |corner| corner.y != 0.998);
-        assert!(border.widest_gap().is_none() && border.cuts().count() == 1);
+        assert!(border.widest_gap().is_none() && border.inner_edges().count() == 1);
     }
 }

@@ -1,8 +1,8 @@
 //! The rates for which contact forces exist: within friction and soles, and within the torques of
 //! the stance legs.
 //!
-//! The rates with forces are convex. Where forces in closed form exist at every corner of a set that
-//! they cannot leave, they are that set. Elsewhere the forces of all feet are unknowns of a linear
+//! The rates with forces are a convex set. Where forces in closed form exist at every corner of a
+//! polygon around it, it is that polygon. Elsewhere the forces of all feet are unknowns of a linear
 //! program, whose projection onto the rates is found by its border in a few directions.
 
 use glam::{DVec2, DVec3};
@@ -135,7 +135,7 @@ impl ContactRates {
         let known = Border::within(extent, kept.vertices(), |rate| problem.has_closed_form(rate));
         let border = self.project(problem, extent, known);
         let count = border.corners().len();
-        for [a, b] in border.cuts() {
+        for [a, b] in border.inner_edges() {
             let normal = DVec2::new(b.y - a.y, a.x - b.x);
             kept.clip(normal, normal.dot(a), Limit::Contacts);
         }

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn times_add_up() {
+    fn times_accumulate() {
         let mut times = BindingTimes::default();
         times.add(Some(Limit::Torque(3)), 0.5, false);
         times.add(Some(Limit::Torque(3)), 0.25, true);

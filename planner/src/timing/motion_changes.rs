@@ -25,7 +25,7 @@ pub struct MotionChanges {
     checked: [Vec<u32>; 2],
 }
 
-/// What is checked of a span.
+/// The parts of the check of a span.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Checked {
     /// Its rates against those of the points around.

@@ -9,7 +9,6 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
-use crate::timing::balance_table::BalanceBasis;
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
@@ -21,7 +20,7 @@ use crate::timing::support::{SpanSupports, Support};
 use crate::timing::tuning::{
     LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
-use crate::timing::zero_moment::ContactGround;
+use crate::timing::zero_moment::{BalanceBasis, ContactGround};
 
 /// A robot with its limits.
 #[derive(Debug)]

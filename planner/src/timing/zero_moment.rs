@@ -6,7 +6,7 @@
 //! at different heights, and where a centre of pressure may come nearer to the edge of a sole.
 
 use glam::{DVec2, DVec3};
-use surefoot_shared_types::message::Contact;
+use surefoot_shared_types::message::{Contact, PlanTime};
 
 use crate::timing::ground::Ground;
 use crate::timing::limit::Limit;
@@ -55,6 +55,34 @@ impl GroundLoad {
         Self {
             press: self.press + (other.press - self.press) * part,
             about: self.about.lerp(other.about, part),
+        }
+    }
+}
+
+/// The load on the ground at an instant: at rest, by the square of the rate of plan time, and by
+/// its change.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct BalanceBasis {
+    /// At rest.
+    pub at_rest: GroundLoad,
+    /// Added by the square of the rate.
+    pub by_square: GroundLoad,
+    /// Added by the change of the rate (1/s).
+    pub by_change: GroundLoad,
+}
+
+impl BalanceBasis {
+    /// The load while plan time passes like this.
+    pub fn moving(&self, at: &PlanTime) -> GroundLoad {
+        self.at_rest.plus(&self.by_square, at.rate * at.rate).plus(&self.by_change, at.rate_change)
+    }
+
+    /// The basis at `part` (0 to 1) of the way to the next one.
+    pub fn lerp(&self, next: &Self, part: f64) -> Self {
+        Self {
+            at_rest: self.at_rest.lerp(&next.at_rest, part),
+            by_square: self.by_square.lerp(&next.by_square, part),
+            by_change: self.by_change.lerp(&next.by_change, part),
         }
     }
 }
