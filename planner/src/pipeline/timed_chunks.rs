@@ -40,7 +40,7 @@ pub(crate) struct TimedChunks {
     binding: BindingTimes,
 }
 
-/// What happened in earlier timings of the path, and chunks and pieces that are not within the limits.
+/// What happened in earlier timings, and the chunks and pieces that are not within the limits.
 #[derive(Debug, Clone, Copy, Default)]
 struct Counts {
     earlier: TimingStats,

@@ -39,10 +39,20 @@ impl Border {
         Self { extent, corners: BoundedVec::new(), edges: BoundedVec::new() }
     }
 
-    /// The corners of a polygon around the set of which `is_inside` is known to be true.
-    pub fn within(extent: DVec2, polygon: &[DVec2], is_inside: impl Fn(DVec2) -> bool) -> Self {
+    /// The corners of a polygon around the set of which `is_inside` is known to be true; `None`
+    /// where these are too few, or a corner at rest is not among them.
+    pub fn within(
+        extent: DVec2,
+        polygon: &[DVec2],
+        is_inside: impl Fn(DVec2) -> bool,
+    ) -> Option<Self> {
         let inside: BoundedVec<bool, VERTICES_MAX> =
             polygon.iter().map(|&corner| is_inside(corner)).collect();
+        let is_at_rest = |corner: &DVec2| corner.x <= REST_WIDTH * extent.x;
+        let mut corners = polygon.iter().zip(&inside);
+        if corners.any(|(corner, is_inside)| is_at_rest(corner) && !is_inside) {
+            return None;
+        }
         let mut border = Self::new(extent);
         let count = inside.len();
         for at in (0..count).filter(|&at| inside[at]) {
@@ -60,7 +70,7 @@ impl Border {
             };
             let _fits = (border.corners.push(polygon[at]), border.edges.push(edge));
         }
-        border
+        (border.corners.len() > 1).then_some(border)
     }
 
     /// The corners.
@@ -102,8 +112,8 @@ impl Border {
     pub fn widest_gap(&self) -> Option<(usize, DVec2)> {
         let length = |index: &usize| {
             let [a, b] = self.ends(*index);
-            let is_open = self.edges[*index] == Edge::Open && a.x.max(b.x) > REST_WIDTH;
-            if is_open { a.distance(b) } else { 0.0 }
+            let is_of_rest = a.x.max(b.x) <= REST_WIDTH && b.y <= a.y;
+            if self.edges[*index] == Edge::Open && !is_of_rest { a.distance(b) } else { 0.0 }
         };
         let longest = (0..self.corners.len())
             .reduce(|best, index| if length(&index) > length(&best) { index } else { best })?;
@@ -136,7 +146,7 @@ mod tests {
         // The set is the unit square less the corner beyond x + y = 1.5.
         let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(DVec2::from);
         let is_inside = |corner: DVec2| corner.x + corner.y <= 1.5;
-        let mut border = Border::within(DVec2::ONE, &square, is_inside);
+        let mut border = Border::within(DVec2::ONE, &square, is_inside).unwrap();
         assert_eq!(border.corners().len(), 3);
         let mut asked = 0;
         while let Some((edge, normal)) = border.widest_gap() {
@@ -148,11 +158,17 @@ mod tests {
         assert!(asked <= 4, "{asked}");
         assert_eq!(border.corners().len(), 5);
         assert_eq!(border.inner_edges().count(), 3);
-        let all = Border::within(DVec2::ONE, &square, |_| true);
+        let all = Border::within(DVec2::ONE, &square, |_| true).unwrap();
         assert!(all.widest_gap().is_none() && all.inner_edges().next().is_none());
         // A corner that is hardly beyond is left out.
-        let cut = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.998), (0.998, 1.0), (0.0, 1.0)];
-        let border = Border::within(DVec2::ONE, &cut.map(DVec2::from), |corner| corner.y != 0.998);
+        let nearly = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.998), (0.998, 1.0), (0.0, 1.0)];
+        let nearly = nearly.map(DVec2::from);
+        let border = Border::within(DVec2::ONE, &nearly, |corner| corner.y != 0.998).unwrap();
         assert!(border.widest_gap().is_none() && border.inner_edges().count() == 1);
+        // Beyond rates at rest alone there may be more.
+        let border = Border::within(DVec2::ONE, &square, |corner| corner.x == 0.0).unwrap();
+        assert_eq!(border.widest_gap().map(|(_, normal)| normal), Some(DVec2::X));
+        // All of the border is asked for where the rates at rest are not known.
+        assert!(Border::within(DVec2::ONE, &square, |corner| corner.x + corner.y > 0.5).is_none());
     }
 }

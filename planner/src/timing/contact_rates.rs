@@ -130,16 +130,20 @@ impl ContactRates {
         if kept.vertices().len() < 3 {
             return RateSet::default();
         }
-        let extent = kept.vertices().iter().fold(DVec2::ZERO, |most, v| most.max(v.abs()));
-        let extent = extent * 1.001 + DVec2::splat(1e-6);
+        let extent = extent_of(&kept);
         let known = Border::within(extent, kept.vertices(), |rate| problem.has_closed_form(rate));
         let border = self.project(problem, extent, known);
-        let count = border.corners().len();
-        for [a, b] in border.inner_edges() {
-            let normal = DVec2::new(b.y - a.y, a.x - b.x);
-            kept.clip(normal, normal.dot(a), Limit::Contacts);
-        }
-        if count < 3 { RateSet::default() } else { kept }
+        within(kept, &border)
+    }
+
+    /// The same by the program alone.
+    pub(crate) fn restrict_by_program(
+        &mut self,
+        problem: &ContactProblem<'_>,
+        rates: &RateSet,
+    ) -> RateSet {
+        let border = self.project(problem, extent_of(rates), None);
+        within(rates.clone(), &border)
     }
 
     /// Whether contact forces exist at a rate.
@@ -153,22 +157,23 @@ impl ContactRates {
         begun.and_then(|()| self.maximize(problem, DVec2::ZERO)).is_ok()
     }
 
-    /// The border of the projection, of which some corners inside `extent` are known. Where the
-    /// program fails, no more than those.
-    fn project(&mut self, problem: &ContactProblem<'_>, extent: DVec2, known: Border) -> Border {
-        let mut border = known;
-        let is_known = border.corners().len() > 2;
+    /// The border of the projection, as far as the program finds it beyond the known part.
+    fn project(
+        &mut self,
+        problem: &ContactProblem<'_>,
+        extent: DVec2,
+        known: Option<Border>,
+    ) -> Border {
+        let is_known = known.is_some();
+        let mut border = known.unwrap_or_else(|| Border::new(extent));
         if is_known && border.widest_gap().is_none()
             || self.begin(problem, extent, DVec2::ZERO).is_err()
         {
             return border;
         }
-        if !is_known {
-            border = Border::new(extent);
-            for direction in FIRST_DIRECTIONS {
-                let Ok(corner) = self.maximize(problem, direction / extent) else { return border };
-                border.push(corner);
-            }
+        for direction in FIRST_DIRECTIONS.iter().filter(|_| !is_known) {
+            let Ok(corner) = self.maximize(problem, *direction / extent) else { return border };
+            border.push(corner);
         }
         for _ in 0..DIRECTIONS_MAX {
             let Some((edge, normal)) = border.widest_gap() else { break };
@@ -275,6 +280,21 @@ impl ContactRates {
         let form = [slope.x, slope.y, -slope.y].into_iter().chain(of_contacts);
         self.program.add_bound(form, 1.0 - scale * without.at(self.base))
     }
+}
+
+/// The largest rates of a set, a little more.
+fn extent_of(rates: &RateSet) -> DVec2 {
+    let largest = rates.vertices().iter().fold(DVec2::ZERO, |most, v| most.max(v.abs()));
+    largest * 1.001 + DVec2::splat(1e-6)
+}
+
+/// The rates of a set within a border; none where that has no inside.
+fn within(mut rates: RateSet, border: &Border) -> RateSet {
+    for [a, b] in border.inner_edges() {
+        let normal = DVec2::new(b.y - a.y, a.x - b.x);
+        rates.clip(normal, normal.dot(a), Limit::Contacts);
+    }
+    if border.corners().len() < 3 { RateSet::default() } else { rates }
 }
 
 /// A joint's torque by unit of a generator.

@@ -122,7 +122,10 @@ impl TimedRobot {
             }
             ground.region(level, *extra).clip(&dynamics, &mut rates);
             let problem = self.problem(&dynamics, support, level, LIMITS_PART);
-            let found = contact_rates.restrict(&problem, &rates);
+            let mut found = contact_rates.restrict(&problem, &rates);
+            if !can_start(&found, level) {
+                found = contact_rates.restrict_by_program(&problem, &rates);
+            }
             if can_start(&found, level) {
                 return (found, level);
             }
