@@ -99,9 +99,10 @@ impl MotionChanges {
     /// Takes a new law, which begins to differ from the last one at node `first` or later.
     pub fn note(&mut self, first: usize, timed: &TimedPath, speeds: &[f64]) {
         self.laws += 1;
-        for node in first..speeds.len() {
-            if self.speeds[node] != speeds[node] {
-                (self.speeds[node], self.changed[node]) = (speeds[node], self.laws);
+        let before = self.speeds[first..].iter_mut().zip(&mut self.changed[first..]);
+        for ((known, changed), &speed) in before.zip(&speeds[first..]) {
+            if *known != speed {
+                (*known, *changed) = (speed, self.laws);
             }
         }
         let changes_from = timed.law.time_of_node(first);

@@ -162,7 +162,8 @@ impl RateSet {
         while let [first, .., last] = *self.vertices
             && first.distance(last) <= APART_MIN
         {
-            (self.vertices.pop(), self.limits.pop());
+            self.vertices.pop();
+            self.limits.pop();
         }
     }
 }
