@@ -18,6 +18,7 @@ use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::robot::inverse_dynamics::{
     GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX,
 };
+use surefoot_planner::timing::limit::{BindingTimes, Limit};
 use surefoot_planner::timing::limits::TimingLimits;
 use surefoot_planner::timing::path_point::{Path, PathSpan};
 use surefoot_planner::timing::path_timing::PathTiming;
@@ -414,6 +415,42 @@ fn where_a_window_fails_the_motion_is_that_of_the_window_before() {
         assert!(largest_lag(&timing) < 1e-9, "{count} spans: {}", largest_lag(&timing));
     }
     assert!(!is_within && timing.stats().rests > 0, "{:?}", timing.stats());
+    // The path ends at rest before the span that has no timing, and every chunk has a stop.
+    let known = timing.spans();
+    let spans = timing.end_at_last_rest(Path { spans: &walk.spans[..known], ..path });
+    assert!(spans > 0 && spans < known && spans == timing.spans(), "{spans} of {known}");
+    assert_eq!(timing.final_spans(true), spans);
+    let mut last = None;
+    for span in 0..spans {
+        let times = timing.span_times(span);
+        for chunk in 0..times.chunks() {
+            assert!(timing.stop(path, span, chunk).is_some(), "{span} {chunk}");
+        }
+        last = Some(timing.waypoint(path, span, &times, times.intervals));
+    }
+    let last = last.unwrap();
+    assert!(last.joint_velocity.iter().chain(&last.root_velocity).all(|v| *v == 0.0));
+    let begin = &walk.points[walk.spans[spans].first];
+    let rest = timing.resting_waypoint(path, spans, begin.parameter);
+    assert_eq!((rest.q, rest.world_from_root()), (last.q, last.world_from_root()));
+    assert!(rest.torque.iter().any(|torque| *torque != 0.0));
+}
+
+#[test]
+fn every_instant_is_bound_by_one_limit_or_none() {
+    let model = hubo();
+    let walk = smooth_walk(&model, 4, 0.12);
+    let mut timing = timing_of(&model, &walk);
+    timed(&mut timing, &walk);
+    let mut times = BindingTimes::default();
+    (0..walk.spans.len()).for_each(|span| timing.add_binding_times(span, &mut times));
+    let bound: f64 = times.iter().map(|(_, seconds)| seconds).sum();
+    // The law waits for half of the rounding time before the first node.
+    assert!((bound + times.free + 0.1 - timing.law().end()).abs() < 1e-9);
+    let of = |limit: Limit| times.iter().find(|entry| entry.0 == limit).unwrap().1;
+    let balance = of(Limit::CentreOfPressure) + of(Limit::ZeroMoment) + of(Limit::Contacts);
+    println!("{bound:.2} s bound, {balance:.2} s by balance, {:.2} s by none", times.free);
+    assert!(bound > 0.7 * timing.law().end() && balance > 0.5 * bound);
 }
 
 #[test]

@@ -6,7 +6,8 @@ use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
 use crate::report::event::{
-    Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress, SmoothMotion,
+    BindingShare, Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress,
+    SmoothMotion,
 };
 use crate::report::liveness;
 use crate::report::walk_facts::WalkFacts;
@@ -35,7 +36,8 @@ pub fn run(
     if let Some(planned) = run_until(planner, work_max, emit, &mut || false)? {
         return Ok(planned);
     }
-    emit(&RoleEvent::Planned(planned(planner, None, watch.seconds(), 0)))?;
+    let times = SearchTimes { plan: watch.seconds(), first_chunk: None };
+    emit(&RoleEvent::Planned(planned(planner, None, &times, 0)))?;
     Err(CommandError::interrupted())
 }
 
@@ -52,13 +54,18 @@ pub fn run_until(
     let watch = Stopwatch::start();
     let mut allocations = 0;
     let mut emitted_at = 0.0;
+    let mut first_chunk = None;
     loop {
         let before = allocations::count();
         let work = (planner.stats().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
         let status = planner.step_while(work, &liveness::keep_going);
         allocations += allocations::count() - before;
+        if first_chunk.is_none() && !planner.final_chunks().is_empty() {
+            first_chunk = Some(watch.seconds());
+        }
         if let Status::Done(outcome) = status {
-            return Ok(Some(planned(planner, Some(&outcome), watch.seconds(), allocations)));
+            let times = SearchTimes { plan: watch.seconds(), first_chunk };
+            return Ok(Some(planned(planner, Some(&outcome), &times, allocations)));
         }
         if signals::raised().is_some() || is_over() {
             return Ok(None);
@@ -81,11 +88,18 @@ fn search_progress(planner: &Planner, work_max: u64) -> SearchProgress {
     }
 }
 
+/// Times of a search, s.
+struct SearchTimes {
+    plan: f64,
+    /// Until the first chunk was final.
+    first_chunk: Option<f64>,
+}
+
 /// What a search has found; without an outcome a signal ended it.
 fn planned(
     planner: &Planner,
     outcome: Option<&Outcome>,
-    plan_seconds: f64,
+    times: &SearchTimes,
     allocations: u64,
 ) -> Planned {
     let stats = planner.stats();
@@ -99,7 +113,8 @@ fn planned(
         bound: bound.map(str::to_owned),
         description: outcome.map_or_else(stopped, |outcome| planner.describe(outcome)),
         digest: found.then(|| planner.digest().to_string()),
-        plan_seconds,
+        plan_seconds: times.plan,
+        first_chunk_seconds: times.first_chunk.filter(|_| found),
         work: stats.work,
         sequences: stats.sequences,
         diagnosis: (bound.is_some() || outcome.is_none()).then(|| Box::new(diagnosis(planner))),
@@ -111,20 +126,39 @@ fn planned(
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
         walk,
-        smooth: (planner.smooth_path().is_some() || stats.is_untimed)
-            .then(|| Box::new(smooth_motion(&stats))),
+        smooth: planner.smooth_path().map(|_| Box::new(smooth_motion(planner, &stats))),
     }
 }
 
-fn smooth_motion(stats: &SearchStats) -> SmoothMotion {
+fn smooth_motion(planner: &Planner, stats: &SearchStats) -> SmoothMotion {
+    let (binding, slowed_share) = binding_of(planner);
     SmoothMotion {
         rests: stats.rests,
         searched_phases: stats.searched_phases,
         relaxed_points: stats.relaxed_points,
         beyond_limits: stats.beyond_limits,
         without_stop: stats.without_stop,
-        is_untimed: stats.is_untimed,
+        untimed_pieces: stats.untimed_pieces,
+        binding,
+        slowed_share,
     }
+}
+
+/// What binds a smooth motion, the longest first, and the share of its time in which it is slower
+/// than its rates allow.
+fn binding_of(planner: &Planner) -> (Vec<BindingShare>, f64) {
+    let Some(times) = planner.binding_times() else { return (vec![], 0.0) };
+    let all = times.iter().map(|(limit, seconds)| (limit.name(), limit.joint(), seconds));
+    let mut binding: Vec<_> = all.chain([("none", None, times.free)]).collect();
+    let total = binding.iter().map(|(.., seconds)| seconds).sum::<f64>().max(f64::MIN_POSITIVE);
+    binding.retain(|(.., seconds)| *seconds > 0.0);
+    binding.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let share = |(limit, joint, seconds): (&str, Option<usize>, f64)| BindingShare {
+        limit: limit.to_owned(),
+        joint: joint.and_then(|joint| planner.joint_name(joint)).map(str::to_owned),
+        share: seconds / total,
+    };
+    (binding.into_iter().map(share).collect(), times.slowed / total)
 }
 
 fn diagnosis(planner: &Planner) -> Diagnosis {

@@ -104,6 +104,9 @@ pub struct Planned {
     pub digest: Option<String>,
     /// Time it took, s.
     pub plan_seconds: f64,
+    /// Time until the first chunk was final, s.
+    #[serde(default)]
+    pub first_chunk_seconds: Option<f64>,
     /// Work units used.
     pub work: u64,
     /// Sequences tried.
@@ -131,8 +134,13 @@ pub struct Planned {
     pub smooth: Option<Box<SmoothMotion>>,
 }
 
-/// Where a smooth motion is not as smooth or fast as elsewhere.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// Limits that a line of text names at most.
+const BINDING_SHOWN_MAX: usize = 5;
+/// Least share of the time of such a limit.
+const BINDING_SHOWN_MIN: f64 = 0.01;
+
+/// Where a smooth motion is not as smooth or fast as elsewhere, and what binds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SmoothMotion {
     /// How often the robot rests on the way.
     pub rests: u64,
@@ -141,28 +149,57 @@ pub struct SmoothMotion {
     /// Points of the path at which the robot cannot stand within the full margins of timing, but
     /// within smaller ones.
     pub relaxed_points: u64,
-    /// Points and pieces at which no timing within the limits is known.
+    /// Points at which no contact forces within the limits are known.
     pub beyond_limits: u64,
     /// Chunks in which the robot cannot stop within the limits.
     pub without_stop: u64,
-    /// Whether the plan keeps the searched motion, because of a piece beyond the limits or a chunk
-    /// without a stop.
+    /// Pieces without a timing within the limits: the robot rests at their waypoints.
     #[serde(default)]
-    pub is_untimed: bool,
+    pub untimed_pieces: u64,
+    /// What binds the motion, the longest first.
+    #[serde(default)]
+    pub binding: Vec<BindingShare>,
+    /// Share of the time in which the motion is slower than its rates allow, because the rounded
+    /// motion or a stop was beyond a limit.
+    #[serde(default)]
+    pub slowed_share: f64,
+}
+
+/// A limit that binds a motion for a part of its time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BindingShare {
+    /// Its name; `none` where no limit binds: at rests, and where the acceleration changes.
+    pub limit: String,
+    /// The joint that it concerns.
+    pub joint: Option<String>,
+    /// Share of the motion's time, 0 to 1.
+    pub share: f64,
 }
 
 impl SmoothMotion {
     /// The counts in one line.
     pub fn describe(&self) -> String {
         let Self { rests, searched_phases, relaxed_points, beyond_limits, without_stop, .. } = self;
-        if self.is_untimed {
-            return "quasi-static; a part of the smooth path has no timing within the limits"
-                .into();
-        }
-        format!(
+        let mut text = format!(
             "smooth; {rests} rests, {searched_phases} searched phases, {relaxed_points} points with \
              smaller margins, {beyond_limits} beyond the limits, {without_stop} chunks without a stop"
-        )
+        );
+        if self.untimed_pieces > 0 {
+            text += &format!(", {} pieces without a timing", self.untimed_pieces);
+        }
+        text
+    }
+
+    /// What binds, in one line; empty where nothing is known of it.
+    pub fn describe_binding(&self) -> String {
+        let share = |binding: &BindingShare| {
+            let joint =
+                binding.joint.as_ref().map_or(String::new(), |joint| format!(" of {joint}"));
+            let name = binding.limit.replace('_', " ");
+            format!("{name}{joint} {:.0} %", 100.0 * binding.share)
+        };
+        let shown = self.binding.iter().filter(|binding| binding.share >= BINDING_SHOWN_MIN);
+        shown.take(BINDING_SHOWN_MAX).map(share).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -35,6 +35,8 @@ pub struct Report {
     pub ready_seconds: Option<f64>,
     /// Time of the search, s.
     pub plan_seconds: Option<f64>,
+    /// Time of the search until the first chunk was final, s.
+    pub first_chunk_seconds: Option<f64>,
     /// Time that the controller spent checking, s.
     pub check_seconds: Option<f64>,
     /// Work units used.
@@ -205,6 +207,7 @@ impl Report {
         self.bound = planned.bound.clone();
         self.digest = planned.digest.clone();
         self.plan_seconds = Some(planned.plan_seconds);
+        self.first_chunk_seconds = planned.first_chunk_seconds;
         self.work = planned.work;
         self.sequences = planned.sequences;
         self.diagnosis = planned.diagnosis.clone();
@@ -276,6 +279,7 @@ mod tests {
             description: String::new(),
             digest: None,
             plan_seconds: 1.0,
+            first_chunk_seconds: Some(0.5),
             work: 2,
             sequences: 1,
             diagnosis: None,

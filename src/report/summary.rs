@@ -29,6 +29,10 @@ pub fn text(report: &Report) -> String {
     }
     if let Some(smooth) = &report.smooth {
         line("motion", smooth.describe());
+        let binding = smooth.describe_binding();
+        if !binding.is_empty() {
+            line("bound by", binding);
+        }
     }
     if report.has_plan() {
         line(

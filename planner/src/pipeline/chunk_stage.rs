@@ -10,8 +10,9 @@ use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::pipeline::timed_chunks::TimedChunks;
-use crate::plan::chunk_builder::{Checkpoint, ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
+use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
+use crate::timing::limit::BindingTimes;
 use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
 
@@ -27,8 +28,6 @@ pub(crate) struct ChunkStage {
     is_written: bool,
     /// The timing of a smooth path; none where plans keep the searched motion.
     timed: Option<TimedChunks>,
-    /// The chunks before those of the smooth path.
-    before: Option<Checkpoint>,
     digest: Digest,
 }
 
@@ -36,7 +35,7 @@ impl ChunkStage {
     /// Takes the chunks of a plan, which are none yet or those that retrace.
     pub fn new(chunks: ChunkBuilder, timing: Option<PathTiming>) -> Self {
         let timed = timing.map(TimedChunks::new);
-        Self { chunks, next: 0, is_written: false, timed, before: None, digest: Digest::default() }
+        Self { chunks, next: 0, is_written: false, timed, digest: Digest::default() }
     }
 
     /// Bytes reserved.
@@ -59,21 +58,13 @@ impl ChunkStage {
         if self.is_written {
             return self.finalize(context, search, budget);
         }
-        // Where some part of the path has no timing within the limits, the plan keeps the searched
-        // motion.
-        let timed = self.timed.as_mut().filter(|timed| timed.is_within());
-        let (Some(timed), Some(path)) = (timed, path) else {
+        let (Some(timed), Some(path)) = (&mut self.timed, path) else {
             return self.write(context, search, budget);
         };
-        let before = self.before.get_or_insert_with(|| self.chunks.checkpoint());
         let units = timed.advance(path, &mut self.chunks)?;
         search.stats.work += units.unwrap_or(1);
         timed.count(&mut search.stats);
-        search.stats.is_untimed = !timed.is_within();
-        if search.stats.is_untimed {
-            self.chunks.rewind(before);
-        }
-        self.is_written = units.is_none() && !search.stats.is_untimed;
+        self.is_written = units.is_none();
         Ok(Event::Continue)
     }
 
@@ -119,6 +110,21 @@ impl ChunkStage {
         self.digest = self.chunks.finalize_last();
         search.outcome = Some(Outcome::Found);
         Ok(Event::Found)
+    }
+
+    /// How long each limit binds a timed motion; none where plans keep the searched motion.
+    pub fn binding(&self) -> Option<&BindingTimes> {
+        self.timed.as_ref().map(TimedChunks::binding)
+    }
+
+    /// The name of a joint, where motions are timed.
+    pub fn joint_name(&self, joint: usize) -> Option<&str> {
+        self.timed.as_ref().and_then(|timed| timed.joint_name(joint))
+    }
+
+    /// The chunks that are final, also while the plan is made: a complete plan begins with them.
+    pub fn final_chunks(&self) -> &[PlanChunk] {
+        self.chunks.finalized()
     }
 
     /// The chunks of the plan.

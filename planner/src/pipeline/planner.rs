@@ -68,6 +68,7 @@ use crate::possibility::RouteSearch;
 use crate::preparation::Preparation;
 use crate::preparation::planning_context::PlanningContext;
 use crate::relaxation::Obstruction;
+use crate::timing::limit::BindingTimes;
 use crate::timing::path_point::{PathPoint, PathSpan};
 
 /// Work units between two calls of the condition of [`Planner::step_while`].
@@ -140,16 +141,19 @@ impl Planner {
         self.step_while(work, &|| true)
     }
 
-    /// Advances the search by at most `work` units, or until `may_continue` returns `false`: it is
-    /// called now and then, for example to react to a signal. It has no influence on the plan.
+    /// Advances the search by at most `work` units, until its first chunks are final, or until
+    /// `may_continue` returns `false`: it is called now and then, for example to react to a signal.
+    /// It has no influence on the plan.
     pub fn step_while(&mut self, work: u64, may_continue: &(dyn Fn() -> bool + Sync)) -> Status {
         let until = self.search.stats.work.saturating_add(work);
         self.in_pool(|planner| {
             loop {
                 let left = until - planner.search.stats.work;
+                let had_chunks = !planner.final_chunks().is_empty();
                 let status = planner.advance(left.min(WORK_PER_CALL), None);
                 if status != Status::Working
                     || planner.search.stats.work >= until
+                    || !had_chunks && !planner.final_chunks().is_empty()
                     || !may_continue()
                 {
                     return status;
@@ -223,6 +227,22 @@ impl Planner {
     /// The chunks of the plan, once found. Their session and receiver are not set.
     pub fn chunks(&self) -> &[PlanChunk] {
         if self.has_found() { self.stages.chunks.chunks() } else { &[] }
+    }
+
+    /// The chunks that are final, also while the search goes on: a plan that it finds begins with
+    /// them. Their session and receiver are not set.
+    pub fn final_chunks(&self) -> &[PlanChunk] {
+        self.stages.chunks.final_chunks()
+    }
+
+    /// How long each limit binds the smooth motion; none of a quasi-static one.
+    pub fn binding_times(&self) -> Option<&BindingTimes> {
+        self.stages.chunks.binding().filter(|_| self.has_found())
+    }
+
+    /// The name of a joint whose limits bind a smooth motion.
+    pub fn joint_name(&self, joint: usize) -> Option<&str> {
+        self.stages.chunks.joint_name(joint)
     }
 
     /// The digest of the plan's chunks, once found.
@@ -312,8 +332,7 @@ impl Planner {
     /// The smooth path of the plan, once found: its points and its spans. None where the plan keeps
     /// the searched motion.
     pub fn smooth_path(&self) -> Option<(&[PathPoint], &[PathSpan])> {
-        let is_executed = self.has_found() && !self.stats().is_untimed;
-        let path = self.stages.smooth_path.path().filter(|_| is_executed)?;
+        let path = self.stages.smooth_path.path().filter(|_| self.has_found())?;
         Some((path.points, path.spans))
     }
 

@@ -224,14 +224,13 @@ pub struct SearchStats {
     /// Points of a smooth path at which the robot cannot stand within the full margins of timing,
     /// but within smaller ones.
     pub relaxed_points: u64,
-    /// Points of a smooth path at which no contact forces within the limits hold the robot, and
-    /// pieces that are beyond the limits however slow they are.
+    /// Points of a smooth path at which no contact forces within the limits hold the robot.
     pub beyond_limits: u64,
     /// Chunks of a smooth path in which the robot cannot stop within the limits.
     pub without_stop: u64,
-    /// Whether the plan keeps the searched motion because some part of its smooth path has no
-    /// timing within the limits.
-    pub is_untimed: bool,
+    /// Pieces of a smooth path without a timing within the limits: the robot rests at their
+    /// waypoints.
+    pub untimed_pieces: u64,
     /// Edges of the current guide route.
     pub route_edges: LabelStats,
     /// Edges of the trees of stage P.

@@ -1,9 +1,13 @@
 //! Times a smooth path piece by piece, from touch-down to touch-down, and writes its chunks.
+//!
+//! A piece without a timing within the limits is left to a motion that rests at every waypoint; the
+//! timing of the pieces before it ends at rest, and that of the pieces after it begins anew.
 
 use crate::base::capacity::ArenaFull;
 use crate::pipeline::search::SearchStats;
 use crate::plan::chunk_builder::{ChunkBuilder, TimedPart};
-use crate::timing::path_point::Path;
+use crate::timing::limit::BindingTimes;
+use crate::timing::path_point::{Path, PathPoint};
 use crate::timing::path_timing::{PathTiming, TimingStats};
 use crate::timing::stops::Stop;
 
@@ -11,25 +15,54 @@ use crate::timing::stops::Stop;
 const UNITS_PER_POINT: u64 = 4;
 /// Pieces whose timing changes as more of the path is known.
 const OPEN_PIECES: usize = 2;
+/// Most intervals of a chunk that rests at every waypoint.
+const RESTING_INTERVALS_MAX: usize = 31;
+/// Largest joint motion (rad or m) between two such waypoints where a point of the path allows it.
+const RESTING_MOTION_MAX: f64 = 0.05;
+/// Most parts into which the path between two of its points is divided for that.
+const RESTING_PARTS_MAX: usize = 4;
 
 /// Times a path and writes the spans whose times are final.
 #[derive(Debug)]
 pub(crate) struct TimedChunks {
     timing: PathTiming,
+    /// The first span of the present timing.
+    first: usize,
     /// Number of spans before the end of each of the last pieces, the latest last.
     pieces: [usize; OPEN_PIECES + 1],
     /// Number of spans that are written.
     written: usize,
+    /// The end of the spans without a timing that follow those of the present one.
+    untimed_end: Option<usize>,
     /// When the chunk written last brakes, s.
     brake_after: f64,
+    counts: Counts,
+    binding: BindingTimes,
+}
+
+/// What happened in earlier timings, and the chunks and pieces that are not within the limits.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counts {
+    earlier: TimingStats,
     /// Chunks without a stop within the limits.
     without_stop: u64,
+    /// Pieces without a timing.
+    untimed_pieces: u64,
 }
 
 impl TimedChunks {
     /// Takes the memory of a timing.
     pub fn new(timing: PathTiming) -> Self {
-        Self { timing, pieces: [0; OPEN_PIECES + 1], written: 0, brake_after: 0.0, without_stop: 0 }
+        Self {
+            timing,
+            first: 0,
+            pieces: [0; OPEN_PIECES + 1],
+            written: 0,
+            untimed_end: None,
+            brake_after: 0.0,
+            counts: Counts::default(),
+            binding: BindingTimes::default(),
+        }
     }
 
     /// Bytes reserved.
@@ -37,17 +70,25 @@ impl TimedChunks {
         self.timing.bytes()
     }
 
-    /// Writes what happened so far.
-    pub fn count(&self, stats: &mut SearchStats) {
-        let TimingStats { rests, relaxed, unsupported, beyond } = self.timing.stats();
-        stats.relaxed_points = relaxed - unsupported;
-        (stats.rests, stats.beyond_limits) = (rests, unsupported + beyond);
-        stats.without_stop = self.without_stop;
+    /// How long each limit binds the motion so far.
+    pub fn binding(&self) -> &BindingTimes {
+        &self.binding
     }
 
-    /// Whether all of the motion is within the limits and the robot can stop in every chunk.
-    pub fn is_within(&self) -> bool {
-        self.timing.stats().beyond == 0 && self.without_stop == 0
+    /// The name of a joint.
+    pub fn joint_name(&self, joint: usize) -> Option<&str> {
+        self.timing.joint_name(joint)
+    }
+
+    /// Writes what happened so far.
+    pub fn count(&self, stats: &mut SearchStats) {
+        let Counts { earlier, without_stop, untimed_pieces } = self.counts;
+        let now = self.timing.stats();
+        let unsupported = earlier.unsupported + now.unsupported;
+        stats.relaxed_points = earlier.relaxed + now.relaxed - unsupported;
+        stats.rests = earlier.rests + now.rests;
+        stats.beyond_limits = unsupported;
+        (stats.without_stop, stats.untimed_pieces) = (without_stop, untimed_pieces);
     }
 
     /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
@@ -60,62 +101,134 @@ impl TimedChunks {
         path: Path<'_>,
         chunks: &mut ChunkBuilder,
     ) -> Result<Option<u64>, ArenaFull> {
-        if self.timing.spans() == 0 {
+        if self.written == self.first && self.timing.spans() == 0 {
             self.timing.begin();
         }
-        let is_complete = self.timing.spans() == path.spans.len();
-        if self.written < self.timing.final_spans(is_complete) {
+        let known = self.first + self.timing.spans();
+        let is_complete = known == path.spans.len() || self.untimed_end.is_some();
+        if self.written < self.first + self.timing.final_spans(is_complete) {
             self.written += 1;
             return self.write(path, self.written - 1, chunks).map(Some);
         }
-        if is_complete {
-            return Ok(None);
+        if let Some(end) = self.untimed_end {
+            return self.write_untimed(path, end, chunks).map(Some);
         }
-        let span = &path.spans[self.timing.spans()];
-        let points = (span.last - span.first + 1) as u64;
-        self.timing.add_span(path)?;
-        let known = self.timing.spans();
-        let mut units = UNITS_PER_POINT * points;
-        let is_single = span.contacts.len() == 1;
-        let lands = path.spans.get(known).is_none_or(|next| next.contacts.len() > 1);
-        if known == path.spans.len() || is_single && lands {
-            self.pieces.rotate_left(1);
-            self.pieces[OPEN_PIECES] = known;
-            let first = &path.spans[self.pieces[0]];
-            let known_path = Path { spans: &path.spans[..known], ..path };
-            self.timing.solve(known_path, self.pieces[0], self.written);
-            units += UNITS_PER_POINT * (span.last - first.first) as u64;
-        }
-        Ok(Some(units))
+        if is_complete { Ok(None) } else { self.time_next(path).map(Some) }
     }
 
-    /// How the robot stops in a chunk. Where no ramp is within the limits, it is the longest one.
-    fn stop(&mut self, path: Path<'_>, (span, chunk): (usize, usize), end: f64) -> Stop {
-        let found = self.timing.stop(path, span, chunk);
-        self.without_stop += u64::from(found.is_none());
+    /// Adds the next span, and times the path up to its end where a foot lands there. Returns the
+    /// work units spent.
+    fn time_next(&mut self, path: Path<'_>) -> Result<u64, ArenaFull> {
+        let known = self.first + self.timing.spans();
+        let span = &path.spans[known];
+        let points = (span.last - span.first + 1) as u64;
+        self.timing.add_span(Path { spans: &path.spans[self.first..], ..path })?;
+        let known = known + 1;
+        let is_single = span.contacts.len() == 1;
+        let lands = path.spans.get(known).is_none_or(|next| next.contacts.len() > 1);
+        if known < path.spans.len() && !(is_single && lands) {
+            return Ok(UNITS_PER_POINT * points);
+        }
+        self.pieces.rotate_left(1);
+        self.pieces[OPEN_PIECES] = known;
+        let open = path.spans[self.pieces[0].max(self.first)].first;
+        let known_path = Path { spans: &path.spans[self.first..known], ..path };
+        let [fixed, written] =
+            [self.pieces[0], self.written].map(|spans| spans.saturating_sub(self.first));
+        if !self.timing.solve(known_path, fixed, written) {
+            self.counts.untimed_pieces += 1;
+            if self.timing.end_at_last_rest(known_path) == 0 {
+                self.timing.begin();
+            }
+            self.untimed_end = Some(known);
+        }
+        Ok(UNITS_PER_POINT * (points + (span.last - open) as u64))
+    }
+
+    /// How the robot stops in a chunk of a span of the present timing. Where no ramp is within the
+    /// limits, it is the longest one.
+    fn stop(&mut self, timed: Path<'_>, (span, chunk): (usize, usize), end: f64) -> Stop {
+        let found = self.timing.stop(timed, span, chunk);
+        self.counts.without_stop += u64::from(found.is_none());
         found.unwrap_or_else(|| {
             let seconds = 2.0 * (end - self.brake_after);
             Stop { brake_at: self.brake_after, brake_duration: seconds, resume_duration: seconds }
         })
     }
 
-    /// Writes the chunks of a span. Returns the work units spent.
+    /// Writes the chunks of a timed span. Returns the work units spent.
     fn write(
         &mut self,
         path: Path<'_>,
         index: usize,
         chunks: &mut ChunkBuilder,
     ) -> Result<u64, ArenaFull> {
-        let times = self.timing.span_times(index);
+        let end = self.first + self.timing.spans();
+        let timed = Path { spans: &path.spans[self.first..end], ..path };
+        let span = index - self.first;
+        let times = self.timing.span_times(span);
+        self.timing.add_binding_times(span, &mut self.binding);
         let count = times.chunks();
         for part in 0..count {
             let [first, last] = times.chunk(part);
-            let stop = self.stop(path, (index, part), times.at(last, times.intervals));
+            let stop = self.stop(timed, (span, part), times.at(last, times.intervals));
             self.brake_after = stop.brake_at;
             let waypoints =
-                (first..last + 1).map(|at| self.timing.waypoint(path, index, &times, at));
+                (first..last + 1).map(|at| self.timing.waypoint(timed, span, &times, at));
             chunks.append_timed(TimedPart { span: &path.spans[index], stop }, waypoints)?;
         }
         Ok(chunks.finalize(count) as u64 + count as u64)
     }
+
+    /// Writes the chunks of the next span without a timing, of those before `end`. After the last
+    /// one the next timing begins. Returns the work units spent.
+    fn write_untimed(
+        &mut self,
+        path: Path<'_>,
+        end: usize,
+        chunks: &mut ChunkBuilder,
+    ) -> Result<u64, ArenaFull> {
+        let index = self.written;
+        let span = &path.spans[index];
+        let intervals = span.last - span.first;
+        let parts = parts_between(&path.points[span.first..=span.last]);
+        let per_chunk = RESTING_INTERVALS_MAX / parts;
+        let at = |place: usize| {
+            let points = &path.points[span.first..];
+            let [from, to] = [place / parts, place.div_ceil(parts)].map(|at| points[at].parameter);
+            let part = (place % parts) as f64 / parts as f64;
+            self.timing.resting_waypoint(path, index, from + (to - from) * part)
+        };
+        let mut written = 0;
+        for first in (0..intervals).step_by(per_chunk) {
+            let last = (first + per_chunk).min(intervals);
+            chunks.append_resting(span, (first * parts..last * parts + 1).map(at))?;
+            written += 1;
+        }
+        self.written += 1;
+        if self.written == end {
+            self.begin_anew();
+        }
+        Ok(chunks.finalize(written) as u64 + intervals as u64)
+    }
+
+    /// Begins a timing at the first span that is not written.
+    fn begin_anew(&mut self) {
+        let earlier = &mut self.counts.earlier;
+        *earlier = earlier.plus(&self.timing.stats());
+        earlier.rests += 1;
+        self.timing.begin();
+        (self.first, self.pieces) = (self.written, [self.written; OPEN_PIECES + 1]);
+        (self.untimed_end, self.brake_after) = (None, 0.0);
+    }
+}
+
+/// The number of waypoints for each interval between points where the robot rests at all.
+fn parts_between(points: &[PathPoint]) -> usize {
+    let motion = |pair: &[PathPoint]| {
+        let joints = pair[0].q.iter().zip(&pair[1].q);
+        joints.map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
+    };
+    let largest = points.windows(2).map(motion).fold(0.0, f64::max);
+    (libm::ceil(largest / RESTING_MOTION_MAX) as usize).clamp(1, RESTING_PARTS_MAX)
 }

@@ -69,7 +69,7 @@ pub struct ChunkBuilder {
     provenance: Provenance,
     timing: TimeParameterization,
     waypoints: u64,
-    /// The last waypoint of a timed path so far, in the path's time.
+    /// The last waypoint of a smooth path so far: of a timed one in the path's time.
     last_timed: Option<Waypoint>,
     finalized: FinalizedStream,
 }
@@ -83,16 +83,8 @@ pub struct TimedPart<'a> {
     pub stop: Stop,
 }
 
-/// The chunks at some time before more were appended.
-#[derive(Debug, Clone)]
-pub struct Checkpoint {
-    written: usize,
-    waypoints: u64,
-    finalized: FinalizedStream,
-}
-
 /// State of the stream after the finalized chunks.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct FinalizedStream {
     plan_id: u64,
     epoch: u64,
@@ -100,9 +92,9 @@ struct FinalizedStream {
     count: usize,
     /// The time at which they end, s.
     time: f64,
-    /// Number of the first chunks that rest at every waypoint.
-    resting: usize,
-    /// The time at which a timed path begins, once it has begun, s.
+    /// By chunk: whether it rests at every waypoint.
+    is_resting: Vec<bool>,
+    /// The time at which the timed path begins that is finalized, s.
     path_begin: Option<f64>,
     /// Digest of the stream up to their end.
     stream: Digest,
@@ -131,7 +123,7 @@ impl ChunkBuilder {
                 epoch: 0,
                 count: 0,
                 time: 0.0,
-                resting: 0,
+                is_resting: vec![false; chunks_max],
                 path_begin: None,
                 stream: Digest::default(),
             },
@@ -146,7 +138,7 @@ impl ChunkBuilder {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.chunks.len() * size_of::<PlanChunk>()
+        self.chunks.len() * (size_of::<PlanChunk>() + size_of::<bool>())
     }
 
     /// The chunks built so far.
@@ -154,22 +146,14 @@ impl ChunkBuilder {
         &self.chunks[..self.written]
     }
 
+    /// The chunks that are finalized.
+    pub fn finalized(&self) -> &[PlanChunk] {
+        &self.chunks[..self.finalized.count]
+    }
+
     /// Number of waypoints of the plan. A waypoint that two chunks share counts once.
     pub fn waypoints(&self) -> u64 {
         self.waypoints
-    }
-
-    /// The state before a timed path is appended.
-    pub fn checkpoint(&self) -> Checkpoint {
-        let Self { written, waypoints, ref finalized, .. } = *self;
-        Checkpoint { written, waypoints, finalized: finalized.clone() }
-    }
-
-    /// Drops all chunks since a checkpoint.
-    pub fn rewind(&mut self, to: &Checkpoint) {
-        self.chunks[to.written..self.written].fill(PlanChunk::zeroed());
-        (self.written, self.waypoints, self.last_timed) = (to.written, to.waypoints, None);
-        self.finalized = to.finalized.clone();
     }
 
     /// Appends the motion of an executed chunk in reverse: from `end` through `before`, the
@@ -195,8 +179,36 @@ impl ChunkBuilder {
             let used = chunk.waypoints_len as usize;
             self.timing.set_intervals_between_rests(&mut chunk.waypoints[..used], &ground);
             chunk.interpolation = Interpolation::Quintic as u64;
-            self.finalized.resting = self.written;
+            self.finalized.is_resting[at] = true;
         }
+        Ok(())
+    }
+
+    /// Appends a part of a path without a timing: the robot rests at every waypoint. The first one
+    /// is replaced by the last one before.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn append_resting(
+        &mut self,
+        span: &PathSpan,
+        waypoints: impl ExactSizeIterator<Item = Waypoint>,
+    ) -> Result<(), ArenaFull> {
+        let at = self.written;
+        self.reserve(waypoints.len() - 1, 1)?;
+        let chunk = &mut self.chunks[at];
+        write_header(chunk, &self.provenance, span.support as u32, &span.contacts);
+        chunk.interpolation = Interpolation::Quintic as u64;
+        write_waypoints(chunk, waypoints);
+        if let Some(last) = self.last_timed {
+            chunk.waypoints[0] = last;
+        }
+        chunk.waypoints[0].time = 0.0;
+        let used = chunk.waypoints_len as usize;
+        let ground = Ground::under(&span.contacts);
+        self.timing.set_intervals_between_rests(&mut chunk.waypoints[..used], &ground);
+        self.last_timed = chunk.waypoints().last().copied();
+        self.finalized.is_resting[at] = true;
         Ok(())
     }
 
@@ -253,7 +265,9 @@ impl ChunkBuilder {
         chunk.resume_duration = part.stop.resume_duration;
         write_waypoints(chunk, waypoints);
         if let Some(last) = self.last_timed {
-            chunk.waypoints[0] = last;
+            let follows_rests = at > 0 && self.finalized.is_resting[at - 1];
+            let time = if follows_rests { chunk.waypoints[0].time } else { last.time };
+            chunk.waypoints[0] = Waypoint { time, ..last };
         }
         self.last_timed = chunk.waypoints().last().copied();
         Ok(())
@@ -299,12 +313,13 @@ impl FinalizedStream {
     /// Completes a chunk and its digest. A chunk without a timed path ends at rest.
     fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
-        if chunk.is_smooth() && self.count >= self.resting {
+        if chunk.is_smooth() && !self.is_resting[self.count] {
             let begin = *self.path_begin.get_or_insert(self.time);
             chunk.waypoints[..used].iter_mut().for_each(|waypoint| waypoint.time += begin);
             chunk.brake_at += begin;
             self.time = chunk.waypoints[used - 1].time;
         } else {
+            self.path_begin = None;
             self.time = accumulate(&mut chunk.waypoints[..used], self.time);
             chunk.brake_at = self.time;
         }

@@ -173,8 +173,7 @@ impl InverseDynamics {
         a: &[f64; VELOCITY_MAX],
         gravity: f64,
     ) -> GeneralizedForce {
-        let mut forces = [(DVec3::ZERO, DVec3::ZERO); NODES_MAX];
-        self.forward(frames, v, a, gravity, &mut forces);
+        let mut forces = self.forward(frames, v, a, gravity);
         let mut torques = [0.0; JOINTS_MAX];
         for index in (1..self.bodies.len()).rev() {
             let body = &self.bodies[index];
@@ -194,6 +193,33 @@ impl InverseDynamics {
         GeneralizedForce { force: forces[0].0, moment: forces[0].1, torques }
     }
 
+    /// The wrench alone of such a motion: force (N), and moment about the root's origin (N m).
+    pub fn root_wrench(
+        &self,
+        frames: &LinkFrames,
+        v: &[f64; VELOCITY_MAX],
+        a: &[f64; VELOCITY_MAX],
+    ) -> (DVec3, DVec3) {
+        let forces = self.forward(frames, v, a, 0.0);
+        let root = frames.frames[0].translation;
+        let parts = frames.frames.iter().zip(&forces);
+        parts.fold((DVec3::ZERO, DVec3::ZERO), |(sum, moments), (frame, (force, moment))| {
+            let arm = frame.translation - root;
+            (sum + *force, moments + *moment + arm.cross(*force))
+        })
+    }
+
+    /// The wrench alone that holds the robot at rest against gravity (m/s2, downward).
+    pub fn weight_wrench(&self, frames: &LinkFrames, gravity: f64) -> (DVec3, DVec3) {
+        let root = frames.frames[0].translation;
+        let parts = frames.frames.iter().zip(&self.bodies);
+        parts.fold((DVec3::ZERO, DVec3::ZERO), |(sum, moments), (frame, body)| {
+            let force = DVec3::Z * (gravity * body.mass);
+            let arm = frame.transform_point3(body.com) - root;
+            (sum + force, moments + arm.cross(force))
+        })
+    }
+
     /// Force on every body, and moment about its origin.
     fn forward(
         &self,
@@ -201,24 +227,28 @@ impl InverseDynamics {
         v: &[f64; VELOCITY_MAX],
         a: &[f64; VELOCITY_MAX],
         gravity: f64,
-        forces: &mut [(DVec3, DVec3); NODES_MAX],
-    ) {
-        let mut motions = [NodeMotion::default(); NODES_MAX];
-        motions[0] = NodeMotion {
+    ) -> BoundedVec<(DVec3, DVec3), NODES_MAX> {
+        let mut motions = BoundedVec::<NodeMotion, NODES_MAX>::new();
+        let mut forces = BoundedVec::new();
+        let of_root = NodeMotion {
             linear: DVec3::from_slice(a) + DVec3::Z * gravity,
             velocity: DVec3::from_slice(&v[3..]),
             angular: DVec3::from_slice(&a[3..]),
         };
         for (index, body) in self.bodies.iter().enumerate() {
             let frame = &frames.frames[index];
-            if let Some(joint) = &body.joint {
-                let arm = frame.translation - frames.frames[body.parent].translation;
-                let (axis, ..) = frames.joints[joint.index];
-                let rates = (v[6 + joint.index], a[6 + joint.index]);
-                motions[index] = motions[body.parent].beyond(joint.kind, axis, arm, rates);
-            }
-            forces[index] = body.force(frame, &motions[index]);
+            let motion = match &body.joint {
+                None => of_root,
+                Some(joint) => {
+                    let arm = frame.translation - frames.frames[body.parent].translation;
+                    let (axis, ..) = frames.joints[joint.index];
+                    let rates = (v[6 + joint.index], a[6 + joint.index]);
+                    motions[body.parent].beyond(joint.kind, axis, arm, rates)
+                }
+            };
+            let _fits = (motions.push(motion), forces.push(body.force(frame, &motion)));
         }
+        forces
     }
 }
 
@@ -245,14 +275,16 @@ impl DynamicNode {
     /// Force on the body, and moment about its origin.
     fn force(&self, frame: &DAffine3, motion: &NodeMotion) -> (DVec3, DVec3) {
         let com = frame.matrix3 * self.com;
-        let spin = motion.velocity.cross(motion.velocity.cross(com));
-        let force = (motion.linear + motion.angular.cross(com) + spin) * self.mass;
         let turned =
             |vector: DVec3| frame.matrix3 * (self.inertia * (frame.matrix3.transpose() * vector));
-        let moment = turned(motion.angular)
-            + motion.velocity.cross(turned(motion.velocity))
-            + com.cross(force);
-        (force, moment)
+        let mut linear = motion.linear + motion.angular.cross(com);
+        let mut moment = turned(motion.angular);
+        if motion.velocity != DVec3::ZERO {
+            linear += motion.velocity.cross(motion.velocity.cross(com));
+            moment += motion.velocity.cross(turned(motion.velocity));
+        }
+        let force = linear * self.mass;
+        (force, moment + com.cross(force))
     }
 }
 

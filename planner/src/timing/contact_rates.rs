@@ -1,27 +1,32 @@
 //! The rates for which contact forces exist: within friction and soles, and within the torques of
-//! the stance legs. In double support the forces of both feet are unknowns of a linear program,
-//! whose projection onto the rates is found by its border in a few directions.
+//! the stance legs.
+//!
+//! The rates with forces are a convex set. Where forces in closed form exist at every corner of a
+//! polygon around it, it is that polygon. Elsewhere the forces of all feet are unknowns of a linear
+//! program, whose projection onto the rates is found by its border in a few directions.
 
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::timing::border::Border;
+use crate::timing::contact_bounds;
+use crate::timing::limit::Limit;
 use crate::timing::linear_program::{LinearProgram, NoOptimum};
+use crate::timing::load_sharing::{FootWrench, splits};
 use crate::timing::path_dynamics::{Affine, Chains, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::single_contact;
 use crate::timing::support::Support;
-use crate::timing::tuning::{
-    BORDER_TOLERANCE, DIRECTIONS_MAX, MOMENT_ARM, TORQUE_ROUNDS_MAX, TORQUE_TOLERANCE,
-};
+use crate::timing::tuning::{DIRECTIONS_MAX, MOMENT_ARM, TORQUE_ROUNDS_MAX, TORQUE_TOLERANCE};
 
 /// The variables before those of the contacts: `x`, and `u` as a difference of two.
 const RATES: usize = 3;
 /// Most variables of the contacts.
 const GENERATORS_MAX: usize = 128;
-/// Most corners of a projection.
-const CORNERS_MAX: usize = DIRECTIONS_MAX + FIRST_DIRECTIONS.len();
+/// Part of the weight up to which a foot counts as unloaded.
+const UNLOADED: f64 = 1e-9;
 /// Weight of a low speed against a high acceleration by which the accelerations from rest are
 /// found.
 const REST_WEIGHT: f64 = 1e4;
@@ -75,6 +80,41 @@ impl ContactProblem<'_> {
         self.mass * GRAVITY
     }
 
+    /// Whether contact forces in closed form hold the robot at a rate. Where they do not, others
+    /// may.
+    fn has_closed_form(&self, rate: DVec2) -> bool {
+        let (force, moment) = self.dynamics.wrench_at(rate);
+        match self.support.feet.as_slice() {
+            [foot] => single_contact::holds(foot, force, moment - foot.center.cross(force)),
+            [first, second] => {
+                let mut splits = splits([first, second], (force, moment));
+                splits.any(|wrenches| self.feet_hold(wrenches) && self.legs_hold(rate, wrenches))
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether each of two feet bears its wrench. One without load does.
+    fn feet_hold(&self, wrenches: [FootWrench; 2]) -> bool {
+        let loaded = |force: DVec3| force.length() > UNLOADED * self.weight();
+        let pairs = self.support.feet.iter().zip(wrenches);
+        pairs.into_iter().all(|(foot, (force, moment))| {
+            !loaded(force) || single_contact::holds(foot, force, moment)
+        })
+    }
+
+    /// Whether the torques of both legs are within their limits at a rate.
+    fn legs_hold(&self, rate: DVec2, wrenches: [FootWrench; 2]) -> bool {
+        self.support.feet.iter().zip(wrenches).all(|(foot, (force, moment))| {
+            self.chains[foot.limb].iter().all(|&joint| {
+                let frames = &self.dynamics.frames;
+                let of_foot = frames.torque_of_wrench(joint, force, moment, foot.center);
+                let torque = self.dynamics.torque(joint).at(rate) - of_foot;
+                torque.abs() <= self.efforts_part * self.efforts[joint] * (1.0 + TORQUE_TOLERANCE)
+            })
+        })
+    }
+
     /// The joints whose torques depend on how two feet share the load.
     fn shared_joints(&self) -> impl Iterator<Item = usize> + '_ {
         let feet = if self.support.feet.len() > 1 { self.support.feet.as_slice() } else { &[] };
@@ -86,28 +126,29 @@ impl ContactRates {
     /// The rates of `rates` for which contact forces exist; empty where there are none.
     pub(crate) fn restrict(&mut self, problem: &ContactProblem<'_>, rates: &RateSet) -> RateSet {
         let mut kept = rates.clone();
-        let hull = self.project(problem, rates).unwrap_or_default();
-        let count = hull.len();
-        for index in 0..count {
-            let (a, b) = (hull[index], hull[(index + 1) % count]);
-            let normal = DVec2::new(b.y - a.y, a.x - b.x);
-            kept.clip(normal, normal.dot(a));
+        contact_bounds::clip(problem.dynamics, problem.support, &mut kept);
+        if kept.vertices().len() < 3 {
+            return RateSet::default();
         }
-        if count < 3 { RateSet::default() } else { kept }
+        let extent = extent_of(&kept);
+        let known = Border::within(extent, kept.vertices(), |rate| problem.has_closed_form(rate));
+        let border = self.project(problem, extent, known);
+        within(kept, &border)
+    }
+
+    /// The same by the program alone.
+    pub(crate) fn restrict_by_program(
+        &mut self,
+        problem: &ContactProblem<'_>,
+        rates: &RateSet,
+    ) -> RateSet {
+        let border = self.project(problem, extent_of(rates), None);
+        within(rates.clone(), &border)
     }
 
     /// Whether contact forces exist at a rate.
     pub(crate) fn admits(&mut self, problem: &ContactProblem<'_>, rate: DVec2) -> bool {
-        if let [foot] = problem.support.feet.as_slice() {
-            let wrench: [f64; 6] = std::array::from_fn(|coordinate| {
-                problem.dynamics.wrench(coordinate, foot.center).at(rate)
-            });
-            let [force, moment] = [0, 3].map(|first| DVec3::from_slice(&wrench[first..]));
-            if single_contact::holds(foot, force, moment) {
-                return true;
-            }
-        }
-        self.has_forces(problem, rate)
+        problem.has_closed_form(rate) || self.has_forces(problem, rate)
     }
 
     /// The same by the program.
@@ -116,25 +157,30 @@ impl ContactRates {
         begun.and_then(|()| self.maximize(problem, DVec2::ZERO)).is_ok()
     }
 
-    /// Corners of the projection, counter-clockwise.
+    /// The border of the projection, as far as the program finds it beyond the known part.
     fn project(
         &mut self,
         problem: &ContactProblem<'_>,
-        rates: &RateSet,
-    ) -> Result<BoundedVec<DVec2, CORNERS_MAX>, NoOptimum> {
-        let extent = rates.vertices().iter().fold(DVec2::ZERO, |most, v| most.max(v.abs()));
-        let extent = extent * 1.001 + DVec2::splat(1e-6);
-        self.begin(problem, extent, DVec2::ZERO)?;
-        let mut border = Border::new(extent);
-        for direction in FIRST_DIRECTIONS {
-            border.push(self.maximize(problem, direction / extent)?);
+        extent: DVec2,
+        known: Option<Border>,
+    ) -> Border {
+        let is_known = known.is_some();
+        let mut border = known.unwrap_or_else(|| Border::new(extent));
+        if is_known && border.widest_gap().is_none()
+            || self.begin(problem, extent, DVec2::ZERO).is_err()
+        {
+            return border;
+        }
+        for direction in FIRST_DIRECTIONS.iter().filter(|_| !is_known) {
+            let Ok(corner) = self.maximize(problem, *direction / extent) else { return border };
+            border.push(corner);
         }
         for _ in 0..DIRECTIONS_MAX {
             let Some((edge, normal)) = border.widest_gap() else { break };
-            let corner = self.maximize(problem, normal / extent)?;
+            let Ok(corner) = self.maximize(problem, normal / extent) else { break };
             border.refine(edge, corner);
         }
-        Ok(border.corners)
+        border
     }
 
     /// Sets up the program and finds forces: for rates up to `extent`, or, where that is 0, for
@@ -236,6 +282,21 @@ impl ContactRates {
     }
 }
 
+/// The largest rates of a set, a little more.
+fn extent_of(rates: &RateSet) -> DVec2 {
+    let largest = rates.vertices().iter().fold(DVec2::ZERO, |most, v| most.max(v.abs()));
+    largest * 1.001 + DVec2::splat(1e-6)
+}
+
+/// The rates of a set within a border; none where that has no inside.
+fn within(mut rates: RateSet, border: &Border) -> RateSet {
+    for [a, b] in border.inner_edges() {
+        let normal = DVec2::new(b.y - a.y, a.x - b.x);
+        rates.clip(normal, normal.dot(a), Limit::Contacts);
+    }
+    if border.corners().len() < 3 { RateSet::default() } else { rates }
+}
+
 /// A joint's torque by unit of a generator.
 fn torque_of(problem: &ContactProblem<'_>, generator: &Generator, joint: usize) -> f64 {
     let limb = problem.support.feet[generator.foot].limb;
@@ -245,67 +306,6 @@ fn torque_of(problem: &ContactProblem<'_>, generator: &Generator, joint: usize) 
     let (force, point) = (generator.force * problem.weight(), generator.point);
     -problem.dynamics.frames.torque_of_wrench(joint, force, DVec3::ZERO, point)
 }
-
-/// The border of a set of rates as far as it is known: a convex polygon inside it.
-struct Border {
-    /// The largest rates, the unit of both axes.
-    extent: DVec2,
-    /// Corners, counter-clockwise.
-    corners: BoundedVec<DVec2, CORNERS_MAX>,
-    /// Whether the edge after a corner is part of the border.
-    is_final: BoundedVec<bool, CORNERS_MAX>,
-}
-
-impl Border {
-    fn new(extent: DVec2) -> Self {
-        Self { extent, corners: BoundedVec::new(), is_final: BoundedVec::new() }
-    }
-
-    /// Appends a corner unless it repeats the last one or the first one.
-    fn push(&mut self, corner: DVec2) {
-        let is_apart = |other: &&DVec2| {
-            ((**other - corner) / self.extent).length() > BORDER_TOLERANCE * BORDER_TOLERANCE
-        };
-        let ends = [self.corners.first(), self.corners.last()];
-        if ends.iter().flatten().all(is_apart) {
-            let _fits = (self.corners.push(corner), self.is_final.push(false));
-        }
-    }
-
-    fn edge(&self, index: usize) -> [DVec2; 2] {
-        [index, (index + 1) % self.corners.len()].map(|at| self.corners[at] / self.extent)
-    }
-
-    /// The longest edge that may not be part of the border, and its outward normal. Rates below
-    /// rest do not exist.
-    fn widest_gap(&self) -> Option<(usize, DVec2)> {
-        let length = |index: &usize| {
-            let [a, b] = self.edge(*index);
-            let is_open = !self.is_final[*index] && a.x.max(b.x) > REST_WIDTH;
-            if is_open { a.distance(b) } else { 0.0 }
-        };
-        let longest = (0..self.corners.len())
-            .reduce(|best, index| if length(&index) > length(&best) { index } else { best })?;
-        let [a, b] = self.edge(longest);
-        let normal = DVec2::new(b.y - a.y, a.x - b.x).normalize_or_zero();
-        (length(&longest) > 0.0).then_some((longest, normal))
-    }
-
-    /// Takes the farthest corner beyond an edge.
-    fn refine(&mut self, edge: usize, corner: DVec2) {
-        let [a, b] = self.edge(edge);
-        let normal = DVec2::new(b.y - a.y, a.x - b.x).normalize_or_zero();
-        if normal.dot(corner / self.extent - a) > BORDER_TOLERANCE {
-            let at = edge + 1;
-            let _fits = (self.corners.insert(at, corner), self.is_final.insert(at, false));
-        } else {
-            self.is_final[edge] = true;
-        }
-    }
-}
-
-/// Width of the edge of rates at rest, in units of the largest rates.
-const REST_WIDTH: f64 = 1e-6;
 
 #[cfg(test)]
 mod tests {

@@ -8,8 +8,10 @@
 pub const ROWS_MAX: usize = 72;
 /// Most variables.
 pub const VARIABLES_MAX: usize = 160;
-/// Variables, the slack of every row, and the right side.
-const STRIDE: usize = VARIABLES_MAX + ROWS_MAX + 1;
+/// The column of the right side. Variable `v` has column `v + 1`, slacks follow the variables.
+const RIGHT: usize = 0;
+/// The right side, variables, and the slack of every row.
+const STRIDE: usize = 1 + VARIABLES_MAX + ROWS_MAX;
 /// Smallest number that counts as a pivot, and largest error of a feasible point.
 const TOLERANCE: f64 = 1e-9;
 /// Most pivots of one run.
@@ -22,9 +24,9 @@ const ARTIFICIAL: usize = usize::MAX;
 /// A linear program with its current basis.
 #[derive(Debug)]
 pub struct LinearProgram {
-    /// Rows of the tableau; the right side is at `STRIDE - 1`.
+    /// Rows of the tableau.
     table: Vec<f64>,
-    /// The variable that each row determines.
+    /// The column of the variable that each row determines.
     basis: heapless::Vec<usize, ROWS_MAX>,
     /// Gain of the objective by each variable.
     gains: Vec<f64>,
@@ -80,15 +82,19 @@ impl LinearProgram {
         if self.basis.push(ARTIFICIAL).is_err() {
             return false;
         }
-        let slack = self.variables + self.slacks;
+        let slack = self.width();
         self.slacks += usize::from(!is_equality);
-        let row = &mut self.table[at * STRIDE..][..STRIDE];
+        if !is_equality {
+            (0..at).for_each(|row| self.table[row * STRIDE + slack] = 0.0);
+        }
+        let width = self.width();
+        let row = &mut self.table[at * STRIDE..][..width];
         row.fill(0.0);
-        row.iter_mut().zip(form).for_each(|(slot, number)| *slot = number);
+        row[1..].iter_mut().zip(form).for_each(|(slot, number)| *slot = number);
         if !is_equality {
             row[slack] = 1.0;
         }
-        row[STRIDE - 1] = value;
+        row[RIGHT] = value;
         if value < 0.0 {
             row.iter_mut().for_each(|number| *number = -*number);
         } else if !is_equality {
@@ -102,8 +108,9 @@ impl LinearProgram {
     /// # Errors
     /// There is none, or it is not found.
     pub fn find_vertex(&mut self) -> Result<(), NoOptimum> {
-        self.objective.fill(0.0);
-        self.gains.fill(0.0);
+        let width = self.width();
+        self.objective[..width].fill(0.0);
+        self.gains[..width].fill(0.0);
         for row in 0..self.basis.len() {
             if self.basis[row] == ARTIFICIAL {
                 for column in self.columns() {
@@ -129,9 +136,10 @@ impl LinearProgram {
     /// # Errors
     /// There is none, or it is not found.
     pub fn maximize(&mut self, objective: &[f64]) -> Result<f64, NoOptimum> {
-        self.objective.fill(0.0);
-        self.objective[..objective.len()].copy_from_slice(objective);
-        self.gains.copy_from_slice(&self.objective);
+        let width = self.width();
+        self.objective[..width].fill(0.0);
+        self.objective[1..=objective.len()].copy_from_slice(objective);
+        self.gains[..width].copy_from_slice(&self.objective[..width]);
         for row in 0..self.basis.len() {
             let cost = self.cost_of(row);
             if cost != 0.0 {
@@ -155,27 +163,24 @@ impl LinearProgram {
         value: f64,
     ) -> Result<f64, NoOptimum> {
         let at = self.basis.len();
-        let slack = self.variables + self.slacks;
+        let slack = self.width();
         if self.basis.push(slack).is_err() {
             return Err(NoOptimum::Exhausted);
         }
         self.slacks += 1;
-        self.gains[slack] = 0.0;
+        (self.gains[slack], self.objective[slack]) = (0.0, 0.0);
         for row in 0..at {
             self.table[row * STRIDE + slack] = 0.0;
         }
         let (known, new) = self.table.split_at_mut(at * STRIDE);
-        let new = &mut new[..STRIDE];
+        let new = &mut new[..=slack];
         new.fill(0.0);
-        new.iter_mut().zip(form).for_each(|(slot, number)| *slot = number);
-        (new[slack], new[STRIDE - 1]) = (1.0, value);
+        new[1..].iter_mut().zip(form).for_each(|(slot, number)| *slot = number);
+        (new[slack], new[RIGHT]) = (1.0, value);
         for (row, &basic) in known.chunks_exact(STRIDE).zip(&self.basis) {
             let factor = if basic == ARTIFICIAL { 0.0 } else { new[basic] };
             if factor != 0.0 {
-                let count = self.variables + self.slacks;
-                for column in (0..count).chain([STRIDE - 1]) {
-                    new[column] -= factor * row[column];
-                }
+                new.iter_mut().zip(row).for_each(|(number, &known)| *number -= factor * known);
             }
         }
         self.descend()?;
@@ -184,25 +189,31 @@ impl LinearProgram {
 
     /// The value of a variable.
     pub fn value(&self, variable: usize) -> f64 {
-        let row = self.basis.iter().position(|&basic| basic == variable);
+        let row = self.basis.iter().position(|&basic| basic == variable + 1);
         row.map_or(0.0, |row| self.value_of(row))
     }
 
     /// Calls `visit` with every variable that is not 0 and its value.
     pub fn for_each_value(&self, mut visit: impl FnMut(usize, f64)) {
         for (row, &basic) in self.basis.iter().enumerate() {
-            if basic < self.variables {
-                visit(basic, self.value_of(row));
+            if basic <= self.variables {
+                visit(basic - 1, self.value_of(row));
             }
         }
     }
 
+    /// The columns of variables and slacks.
     fn columns(&self) -> std::ops::Range<usize> {
-        0..self.variables + self.slacks
+        1..self.width()
+    }
+
+    /// Number of columns in use.
+    fn width(&self) -> usize {
+        1 + self.variables + self.slacks
     }
 
     fn value_of(&self, row: usize) -> f64 {
-        self.table[row * STRIDE + STRIDE - 1]
+        self.table[row * STRIDE + RIGHT]
     }
 
     fn cost_of(&self, row: usize) -> f64 {
@@ -278,12 +289,12 @@ impl LinearProgram {
 
     /// Makes `entering` the variable that `row` determines.
     fn pivot(&mut self, row: usize, entering: usize) {
-        let count = self.variables + self.slacks;
+        let width = self.width();
         let (before, rest) = self.table.split_at_mut(row * STRIDE);
         let (pivot_row, after) = rest.split_at_mut(STRIDE);
+        let pivot_row = &mut pivot_row[..width];
         let scale = 1.0 / pivot_row[entering];
-        pivot_row[..count].iter_mut().for_each(|number| *number *= scale);
-        pivot_row[STRIDE - 1] *= scale;
+        pivot_row.iter_mut().for_each(|number| *number *= scale);
         pivot_row[entering] = 1.0;
         let others = self.basis.len() - row - 1;
         let lists = before
@@ -293,10 +304,9 @@ impl LinearProgram {
         for other in lists {
             let factor = other[entering];
             if factor != 0.0 {
-                for (number, &of_pivot) in other[..count].iter_mut().zip(&pivot_row[..count]) {
+                for (number, &of_pivot) in other[..width].iter_mut().zip(&*pivot_row) {
                     *number -= factor * of_pivot;
                 }
-                other[STRIDE - 1] -= factor * pivot_row[STRIDE - 1];
                 other[entering] = 0.0;
             }
         }
@@ -311,7 +321,10 @@ impl LinearProgram {
                 let largest = self.columns().max_by(|&a, &b| size(a).total_cmp(&size(b)));
                 match largest.filter(|&column| size(column) > 1e-7) {
                     Some(column) => self.pivot(row, column),
-                    None => self.table[row * STRIDE..][..STRIDE].fill(0.0),
+                    None => {
+                        let width = self.width();
+                        self.table[row * STRIDE..][..width].fill(0.0);
+                    }
                 }
             }
         }

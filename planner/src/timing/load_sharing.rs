@@ -75,6 +75,37 @@ pub fn share_load(
     [1.0 - share, share].into_iter().map(|part| (force * part, moment * part)).collect()
 }
 
+/// Wrenches of both feet that add up to that of all, for a few shares of the load for which both
+/// centres of pressure are inside. `force` and `moment` about the world's origin are those of all.
+pub(crate) fn splits(
+    [first, second]: [&FootSupport; 2],
+    (force, moment): (DVec3, DVec3),
+) -> impl Iterator<Item = [FootWrench; 2]> {
+    let moments = [first, second].map(|foot| moment - foot.center.cross(force));
+    let range = [first, second].map(|foot| shares_within(foot, force, moments));
+    let (low, high) = (range[0].0.max(range[1].0), range[0].1.min(range[1].1));
+    let (low, high) = if low > high && low <= high + SHARE_ROUNDING {
+        let middle = (0.5 * (low + high)).clamp(0.0, 1.0);
+        (middle, middle)
+    } else {
+        (low, high)
+    };
+    let free = balanced_share(first, force, moments).clamp(low, high.max(low));
+    let between = [0.5, 0.25, 0.75, 0.0, 1.0].map(|part| low + (high - low) * part);
+    let count = match high - low {
+        width if width > SHARE_ROUNDING => 1 + between.len(),
+        width if width >= 0.0 => 1,
+        _ => 0,
+    };
+    [free].into_iter().chain(between).take(count).map(move |share| {
+        let moment = moments[0] * (1.0 - share) + moments[1] * share;
+        [1.0 - share, share].map(|part| (force * part, moment * part))
+    })
+}
+
+/// How far apart by rounding the least and the largest share may be.
+const SHARE_ROUNDING: f64 = 1e-6;
+
 /// The offset of the centre of pressure in the axes of a sole, m.
 fn pressure_offset(foot: &FootSupport, force: DVec3, moment: DVec3) -> DVec2 {
     let axes = foot.axes.transpose();

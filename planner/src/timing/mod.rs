@@ -1,10 +1,15 @@
 //! Time-optimal timing of a smooth path within the limits of joints and contacts.
 
+mod balance_table;
+mod border;
+mod contact_bounds;
 pub mod contact_rates;
 pub mod ground;
+pub mod limit;
 pub mod limits;
 pub mod linear_program;
 pub mod load_sharing;
+mod motion_changes;
 pub mod path_dynamics;
 pub mod path_point;
 pub mod path_timing;

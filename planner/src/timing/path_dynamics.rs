@@ -1,11 +1,12 @@
 //! The dynamics at a point of a path: the wrench of all contacts and the joints' torques are
 //! `a u + b x + g`, linear in the path's acceleration `u` and its squared speed `x`.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
+use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::Support;
@@ -82,6 +83,31 @@ impl PathDynamics {
         self.affine(of)
     }
 
+    /// The wrench about `point` along `axes`: force, then moment.
+    pub fn wrench_along(&self, axes: &DMat3, point: DVec3) -> [Affine; 6] {
+        let into_axes = axes.transpose();
+        let parts = [&self.by_speed, &self.by_acceleration, &self.standing].map(|effort| {
+            let moment = effort.moment + (self.origin - point).cross(effort.force);
+            [into_axes * effort.force, into_axes * moment]
+        });
+        std::array::from_fn(|coordinate| {
+            let [x, u, constant] = parts.map(|part| part[coordinate / 3][coordinate % 3]);
+            Affine { slope: DVec2::new(x, u), constant }
+        })
+    }
+
+    /// The force and the moment about the world's origin at a rate.
+    pub fn wrench_at(&self, rate: DVec2) -> (DVec3, DVec3) {
+        let [force, moment] =
+            [|effort: &GeneralizedForce| effort.force, |effort: &GeneralizedForce| effort.moment]
+                .map(|of| {
+                    of(&self.by_speed) * rate.x
+                        + of(&self.by_acceleration) * rate.y
+                        + of(&self.standing)
+                });
+        (force, moment + self.origin.cross(force))
+    }
+
     /// A joint's torque without contacts.
     pub fn torque(&self, joint: usize) -> Affine {
         self.affine(|effort| effort.torques[joint])
@@ -130,16 +156,18 @@ pub(crate) fn joint_rates(
     for (joint, effort) in efforts.iter().enumerate().take(joints_len) {
         let (first, second) = (state.first[6 + joint], state.second[6 + joint]);
         let speed = LIMITS_PART * limits.speeds[joint];
-        rates.clip(DVec2::X, (speed / first.abs().max(1e-9)).powi(2));
+        let index = joint as u8;
+        rates.clip(DVec2::X, (speed / first.abs().max(1e-9)).powi(2), Limit::Speed(index));
         let acceleration = LIMITS_PART * limits.accelerations[joint];
         if acceleration.is_finite() {
-            rates.clip(DVec2::new(second, first), acceleration);
-            rates.clip(-DVec2::new(second, first), acceleration);
+            let by_rates = DVec2::new(second, first);
+            rates.clip(by_rates, acceleration, Limit::Acceleration(index));
+            rates.clip(-by_rates, acceleration, Limit::Acceleration(index));
         }
         let Some(torque) = dynamics.own_torque(support, chains, joint) else { continue };
         let limit = LIMITS_PART * effort;
-        rates.clip(torque.slope, limit - torque.constant);
-        rates.clip(-torque.slope, limit + torque.constant);
+        rates.clip(torque.slope, limit - torque.constant, Limit::Torque(index));
+        rates.clip(-torque.slope, limit + torque.constant, Limit::Torque(index));
     }
     rates
 }

@@ -9,18 +9,23 @@ use surefoot_shared_types::message::Waypoint;
 
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
+use crate::timing::balance_table::{BalanceSource, BalanceTable};
 use crate::timing::contact_rates::ContactRates;
+use crate::timing::limit::BindingTimes;
 use crate::timing::limits::Level;
 use crate::timing::load_sharing::LoadSchedule;
+use crate::timing::motion_changes::MotionChanges;
 use crate::timing::path_point::Path;
-use crate::timing::profile::{Node, controllable, fastest};
+use crate::timing::profile::{Node, binding, controllable, fastest};
 use crate::timing::profile_check::ProfileCheck;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::stops::{Stop, StopTable, TimedMotion};
 use crate::timing::time_law::TimeLaw;
 use crate::timing::timed_path::{SpanTimes, TimedPath, state_at};
 use crate::timing::timed_robot::TimedRobot;
-use crate::timing::tuning::{ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX};
+use crate::timing::tuning::{
+    COP_MARGIN_EXTRA, ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX,
+};
 
 /// What happened while a path was timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,6 +40,18 @@ pub struct TimingStats {
     pub beyond: u64,
 }
 
+impl TimingStats {
+    /// The sum of both.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            rests: self.rests + other.rests,
+            relaxed: self.relaxed + other.relaxed,
+            unsupported: self.unsupported + other.unsupported,
+            beyond: self.beyond + other.beyond,
+        }
+    }
+}
+
 /// The timing of one path.
 #[derive(Debug)]
 pub struct PathTiming {
@@ -43,6 +60,8 @@ pub struct PathTiming {
     timed: TimedPath,
     profile: Profile,
     slow_downs: SlowDowns,
+    changes: MotionChanges,
+    balance: BalanceTable,
     stops: StopTable,
     stats: TimingStats,
 }
@@ -54,6 +73,8 @@ struct Profile {
     speeds: Vec<f64>,
     /// The speeds of the last profile within the limits, which ends at rest.
     accepted: Vec<f64>,
+    /// Number of spans of that profile.
+    accepted_spans: usize,
     /// Number of nodes whose speeds are fixed.
     fixed: usize,
     /// Number of spans known in the last search.
@@ -73,10 +94,13 @@ impl PathTiming {
                 ceilings: reserve(nodes_max),
                 speeds: reserve(nodes_max),
                 accepted: reserve(nodes_max),
+                accepted_spans: 0,
                 fixed: 0,
                 solved_spans: 0,
             },
             slow_downs: SlowDowns::new(nodes_max),
+            changes: MotionChanges::new(nodes_max, points_max),
+            balance: BalanceTable::default(),
             stops: StopTable::new(nodes_max),
             stats: TimingStats::default(),
         }
@@ -89,8 +113,10 @@ impl PathTiming {
         for list in [&mut profile.ceilings, &mut profile.speeds, &mut profile.accepted] {
             list.clear();
         }
-        (profile.fixed, profile.solved_spans) = (0, 0);
+        (profile.accepted_spans, profile.fixed, profile.solved_spans) = (0, 0, 0);
         self.slow_downs.begin();
+        self.changes.begin();
+        self.balance.begin();
         self.stops.begin();
         self.stats = TimingStats::default();
     }
@@ -103,7 +129,8 @@ impl PathTiming {
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         let nodes_max = self.timed.nodes.capacity();
-        self.timed.bytes() + self.stops.bytes() + 4 * nodes_max * size_of::<f64>()
+        let tables = self.changes.bytes() + self.balance.bytes() + self.stops.bytes();
+        self.timed.bytes() + tables + 4 * nodes_max * size_of::<f64>()
     }
 
     /// The unrounded profile: the nodes with their squared speeds.
@@ -132,6 +159,8 @@ impl PathTiming {
         let position = self.timed.nodes.last().map_or(0.0, |last| last.position);
         let offset = position - points[0].parameter;
         self.timed.starts.push((self.timed.nodes.len(), offset));
+        self.changes.push_span();
+        let contacts = self.robot.span_contacts(span, COP_MARGIN_EXTRA);
         for at in 0..count {
             let middle = 0.5 * (points[0].parameter + points[points.len() - 1].parameter);
             let parameter = match (has_one_cell, at) {
@@ -141,7 +170,8 @@ impl PathTiming {
             };
             let state = state_at(points, parameter);
             let lands = at + 1 == count && span.contacts.len() == 1;
-            let (rates, level) = self.robot.rates(&mut self.contact_rates, span, &state, lands);
+            let (rates, level) =
+                self.robot.rates(&mut self.contact_rates, &contacts, &state, lands);
             self.stats.relaxed += u64::from(level != Level::Full);
             self.stats.unsupported += u64::from(level == Level::Unsupported);
             self.timed.nodes.push(Node {
@@ -154,6 +184,7 @@ impl PathTiming {
             self.profile.ceilings.push(0.0);
             self.profile.speeds.push(0.0);
             self.slow_downs.push();
+            self.changes.push_node();
         }
         self.stats.rests += u64::from(index > 0 && span.starts_at_rest);
         Ok(())
@@ -162,16 +193,42 @@ impl PathTiming {
     /// Times the path known so far, at rest at its end, and fixes the profile of the first
     /// `fixed_spans` spans; the motion of the first `written_spans` is written already. Every chunk
     /// has a stop. Bounded: at most `ROUNDS_MAX + SLOW_DOWNS_MAX` rounds, twice. Returns `false`
-    /// where no profile is within the limits, however slow.
+    /// where no profile is within the limits, however slow: then the path has to end at the last
+    /// rest.
     pub fn solve(&mut self, path: Path<'_>, fixed_spans: usize, written_spans: usize) -> bool {
         self.stops.keep_from(written_spans);
         let is_within =
             self.search(path) || self.rest_where_the_last_one_ends() && self.search(path);
-        self.stats.beyond += u64::from(!is_within);
+        if !is_within {
+            self.stats.beyond += 1;
+            return false;
+        }
         self.profile.accepted.clear();
         self.profile.accepted.extend_from_slice(&self.profile.speeds);
+        self.profile.accepted_spans = self.timed.spans();
         self.profile.fixed = self.timed.first_node(fixed_spans).max(self.profile.fixed);
-        is_within
+        true
+    }
+
+    /// Ends the path where the last profile within the limits ends, at rest, and takes that
+    /// profile. Returns the number of its spans; 0 where there is none. `path` is the one of the
+    /// last [`PathTiming::solve`].
+    pub fn end_at_last_rest(&mut self, path: Path<'_>) -> usize {
+        let Profile { accepted, accepted_spans, .. } = &self.profile;
+        let (nodes, spans) = (accepted.len(), *accepted_spans);
+        if spans == 0 {
+            return 0;
+        }
+        self.timed.truncate(nodes, spans);
+        self.profile.speeds.clear();
+        self.profile.speeds.extend_from_slice(&self.profile.accepted);
+        self.profile.ceilings.truncate(nodes);
+        self.slow_downs.truncate(nodes);
+        self.changes.truncate(nodes, spans);
+        self.rebuild_law(0);
+        self.profile.fixed = nodes;
+        let _as_before = self.is_within(Path { spans: &path.spans[..spans], ..path });
+        spans
     }
 
     /// Slows the open part down until its rounded motion is within the limits. Returns whether it
@@ -213,8 +270,14 @@ impl PathTiming {
         controllable(nodes, &mut self.profile.ceilings[first..]);
         let could =
             fastest(nodes, &self.profile.ceilings[first..], &mut self.profile.speeds[first..]);
-        self.timed.law.rebuild(first, &self.timed.nodes, &self.profile.speeds);
+        self.rebuild_law(first);
         could
+    }
+
+    /// Computes the time law from a node on.
+    fn rebuild_law(&mut self, first: usize) {
+        self.timed.law.rebuild(first, &self.timed.nodes, &self.profile.speeds);
+        self.changes.note(first, &self.timed, &self.profile.speeds);
     }
 
     /// Takes the last profile within the limits up to the rest at its end. Returns whether that is
@@ -226,10 +289,11 @@ impl PathTiming {
         }
         self.profile.speeds[..end].copy_from_slice(&self.profile.accepted);
         self.timed.nodes[end].rests = true;
+        self.changes.rest_at(end);
         self.timed.nodes[end..].iter_mut().for_each(|node| node.factor = 1.0);
         self.profile.speeds[end] = 0.0;
         let first = self.profile.fixed.saturating_sub(1);
-        self.timed.law.rebuild(first, &self.timed.nodes, &self.profile.speeds);
+        self.rebuild_law(first);
         self.profile.fixed = end;
         self.stats.rests += 1;
         true
@@ -246,15 +310,16 @@ impl PathTiming {
     /// Whether the rounded motion is within the limits and every chunk has a stop. Notes where to
     /// slow down if not.
     fn is_within(&mut self, path: Path<'_>) -> bool {
-        let Self { robot, contact_rates, timed, slow_downs, .. } = self;
+        let Self { robot, contact_rates, timed, slow_downs, changes, balance, stops, .. } = self;
         let first = self.profile.fixed.saturating_sub(1);
         let open = if first > 0 { timed.law.time_of_node(first) } else { 0.0 };
         let from = open - if first > 0 { ROUNDING_TIME } else { 0.0 };
-        let motion = TimedMotion::new(robot, path, timed);
-        let mut check = ProfileCheck { robot, contact_rates, path, timed, slow_downs };
-        check.rates_are_within(open)
-            && check.motion_is_within(from)
-            && self.stops.find(&motion, check.slow_downs)
+        let mut check = ProfileCheck { robot, contact_rates, path, timed, slow_downs, changes };
+        if !(check.rates_are_within(open) && check.motion_is_within(from)) {
+            return false;
+        }
+        let source = BalanceSource { robot, path, timed, changes };
+        stops.find(&mut TimedMotion::new(source, balance), slow_downs)
     }
 
     /// Number of spans known so far.
@@ -262,9 +327,39 @@ impl PathTiming {
         self.timed.spans()
     }
 
+    /// The name of a joint.
+    pub fn joint_name(&self, joint: usize) -> Option<&str> {
+        self.robot.joint_name(joint)
+    }
+
+    /// Adds how long each limit binds the unrounded motion of a span.
+    pub fn add_binding_times(&self, span: usize, times: &mut BindingTimes) {
+        let Self { timed, profile, .. } = self;
+        let (first, end) = (timed.first_node(span), timed.first_node(span + 1));
+        for index in first..end.min(timed.nodes.len() - 1) {
+            let [node, next] = [index, index + 1].map(|at| &timed.nodes[at]);
+            let limit = binding([node, next], [profile.speeds[index], profile.speeds[index + 1]]);
+            let [begin, end] = [index, index + 1].map(|at| timed.law.time_of_node(at));
+            times.add(limit, end - begin, node.factor.min(next.factor) < 1.0);
+        }
+    }
+
     /// The times of a span.
     pub fn span_times(&self, span: usize) -> SpanTimes {
         self.timed.span_times(span)
+    }
+
+    /// A waypoint at rest on a span at a value of the path's parameter, with its feed-forward
+    /// torques.
+    pub fn resting_waypoint(&self, path: Path<'_>, span: usize, parameter: f64) -> Waypoint {
+        let known = &path.spans[span];
+        let points = &path.points[known.first..=known.last];
+        let [begin, end] = [&points[0], &points[points.len() - 1]].map(|point| point.parameter);
+        let mut waypoint = state_at(points, parameter).rested();
+        let progress = (parameter - begin) / (end - begin);
+        let within = (Level::Bare, &LoadSchedule::beside(path.spans, span), progress);
+        self.robot.write_torques(known, within, &mut waypoint);
+        waypoint
     }
 
     /// The number of spans whose motion does not change any more; `is_complete`: whether the path
@@ -282,9 +377,10 @@ impl PathTiming {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where
     /// that has none.
-    pub fn stop(&self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
-        let motion = TimedMotion::new(&self.robot, path, &self.timed);
-        self.stops.stop(&motion, span, chunk)
+    pub fn stop(&mut self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
+        let Self { robot, timed, changes, balance, stops, .. } = self;
+        let source = BalanceSource { robot, path, timed, changes };
+        stops.stop(&mut TimedMotion::new(source, balance), span, chunk)
     }
 
     /// A waypoint of a span with its feed-forward torques.

@@ -7,6 +7,7 @@
 
 use glam::DVec2;
 
+use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
 use crate::timing::rate_set::RateSet;
 
@@ -24,6 +25,23 @@ pub struct Node {
     /// What the rates leave of the limits.
     pub level: Level,
 }
+
+/// The limit that binds in the cell between two nodes with these squared speeds; `None` where the
+/// rates are far from all.
+pub fn binding([node, next]: [&Node; 2], [x, next_x]: [f64; 2]) -> Option<Limit> {
+    let step = next.position - node.position;
+    if step <= 0.0 {
+        return None;
+    }
+    let u = (next_x - x) / (2.0 * step);
+    let [begin, end] =
+        [(node, x), (next, next_x)].map(|(at, x)| at.allowed().binding_at(DVec2::new(x, u)));
+    let (limit, share) = if end.1 > begin.1 { end } else { begin };
+    (share >= BINDING_SHARE).then_some(limit)
+}
+
+/// Share of a limit from which it binds.
+const BINDING_SHARE: f64 = 0.99;
 
 impl Node {
     /// The rates that timing may use.
@@ -46,8 +64,8 @@ pub fn controllable(nodes: &[Node], ceilings: &mut [f64]) {
                 set.clip_by_end(&end, step);
             }
             let normal = DVec2::new(1.0, 2.0 * step);
-            set.clip(normal, ceiling);
-            set.clip(-normal, END_ROUNDING);
+            set.clip(normal, ceiling, Limit::PathRate);
+            set.clip(-normal, END_ROUNDING, Limit::PathRate);
         }
         let is_last = after.is_none();
         let fastest = set.fastest().map_or(0.0, |rate| rate.x.max(0.0));
@@ -76,8 +94,8 @@ pub fn fastest(nodes: &[Node], ceilings: &[f64], speeds: &mut [f64]) -> bool {
         let mut set = node.allowed();
         set.clip_by_end(&next.allowed(), step);
         let normal = DVec2::new(1.0, 2.0 * step);
-        set.clip(normal, ceilings[index]);
-        set.clip(-normal, END_ROUNDING);
+        set.clip(normal, ceilings[index], Limit::PathRate);
+        set.clip(-normal, END_ROUNDING, Limit::PathRate);
         let highest = set.accelerations_at(x).map(|[_, highest]| highest);
         is_within &= highest.is_some();
         let free = (ceilings[index] - x) / (2.0 * step);
@@ -140,8 +158,8 @@ mod tests {
         let set = |s: f64| {
             let gravity = 9.81 * libm::cos(s);
             let mut set = RateSet::within(400.0, 40.0);
-            set.clip(DVec2::Y, 12.0 - gravity);
-            set.clip(-DVec2::Y, 12.0 + gravity);
+            set.clip(DVec2::Y, 12.0 - gravity, Limit::Torque(0));
+            set.clip(-DVec2::Y, 12.0 + gravity, Limit::Torque(0));
             set
         };
         let grid = nodes(1001, 1.5, set);

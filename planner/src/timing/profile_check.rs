@@ -4,12 +4,14 @@ use glam::DVec3;
 use surefoot_shared_types::message::{Interpolation, Waypoint};
 
 use crate::timing::contact_rates::ContactRates;
+use crate::timing::motion_changes::{Checked, MotionChanges};
 use crate::timing::path_point::Path;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
-use crate::timing::timed_robot::TimedRobot;
-use crate::timing::tuning::{INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER};
-use crate::timing::zero_moment::ContactGround;
+use crate::timing::timed_robot::{SpanContacts, TimedRobot};
+use crate::timing::tuning::{
+    COP_MARGIN_BETWEEN, INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER,
+};
 
 /// Rounding of shares of limits.
 const SHARE_TOLERANCE: f64 = 1e-9;
@@ -20,7 +22,8 @@ const STEADY_MAX: [f64; 3] = [0.5, 0.5, 5.0];
 /// The parts into which the curve between other waypoints is divided.
 const PARTS_WHERE_UNSTEADY: usize = 8;
 
-/// Compares a motion with the limits.
+/// Compares a motion with the limits. Spans that are unchanged since they were within the limits
+/// are not compared again.
 #[derive(Debug)]
 pub(super) struct ProfileCheck<'a> {
     pub robot: &'a TimedRobot,
@@ -28,6 +31,7 @@ pub(super) struct ProfileCheck<'a> {
     pub path: Path<'a>,
     pub timed: &'a TimedPath,
     pub slow_downs: &'a mut SlowDowns,
+    pub changes: &'a mut MotionChanges,
 }
 
 impl ProfileCheck<'_> {
@@ -44,14 +48,22 @@ impl ProfileCheck<'_> {
     pub fn rates_are_within(&mut self, from: f64) -> bool {
         let mut is_within = true;
         for span in self.first_span(from)..self.timed.spans() {
+            if self.changes.is_checked(Checked::Rates, span) {
+                continue;
+            }
             let times = self.timed.span_times(span);
             let count = 2 * times.intervals;
+            let mut span_is_within = true;
             for sample in 0..=count {
                 let time = times.at(sample, count);
                 if time >= from && times.end > from {
-                    is_within &= self.rate_is_within(span, time);
+                    span_is_within &= self.rate_is_within(span, time);
                 }
             }
+            if span_is_within {
+                self.changes.mark(Checked::Rates, span);
+            }
+            is_within &= span_is_within;
         }
         is_within
     }
@@ -69,10 +81,15 @@ impl ProfileCheck<'_> {
     pub fn motion_is_within(&mut self, from: f64) -> bool {
         let mut is_within = true;
         for span in self.first_span(from)..self.timed.spans() {
-            let times = self.timed.span_times(span);
-            if times.end > from {
-                is_within &= self.span_is_within(span, &times, from);
+            if self.changes.is_checked(Checked::Motion, span) {
+                continue;
             }
+            let times = self.timed.span_times(span);
+            let span_is_within = times.end <= from || self.span_is_within(span, &times, from);
+            if span_is_within {
+                self.changes.mark(Checked::Motion, span);
+            }
+            is_within &= span_is_within;
         }
         is_within
     }
@@ -80,15 +97,18 @@ impl ProfileCheck<'_> {
     /// Checks every waypoint and the curves between them.
     fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
         let mut is_within = true;
-        let contact_ground = &self.robot.contact_ground(&self.path.spans[span]);
+        let contacts = &self.robot.span_contacts(&self.path.spans[span], COP_MARGIN_BETWEEN);
+        let mut here = self.timed.state(self.path, span, times, 0);
         for index in 0..=times.intervals {
-            let here = self.timed.state(self.path, span, times, index);
             if here.time >= from {
-                is_within &= self.sample_is_within((span, contact_ground), &here);
+                is_within &= self.sample_is_within((span, contacts), &here);
             }
-            if index < times.intervals && here.time + 0.5 * INTERVAL_MAX >= from {
+            if index < times.intervals {
                 let next = self.timed.state(self.path, span, times, index + 1);
-                is_within &= self.curve_is_within((span, contact_ground), [&here, &next]);
+                if here.time + 0.5 * INTERVAL_MAX >= from {
+                    is_within &= self.curve_is_within((span, contacts), [&here, &next]);
+                }
+                here = next;
             }
         }
         is_within
@@ -98,7 +118,7 @@ impl ProfileCheck<'_> {
     /// much.
     fn curve_is_within(
         &mut self,
-        on: (usize, &ContactGround),
+        on: (usize, &SpanContacts<'_>),
         [here, next]: [&Waypoint; 2],
     ) -> bool {
         let parts = if is_steady(here, next) { 2 } else { PARTS_WHERE_UNSTEADY };
@@ -115,17 +135,15 @@ impl ProfileCheck<'_> {
     /// the robot can stand there.
     fn sample_is_within(
         &mut self,
-        (span, contact_ground): (usize, &ContactGround),
+        (span, contacts): (usize, &SpanContacts<'_>),
         sample: &Waypoint,
     ) -> bool {
-        let Self { robot, contact_rates, path, timed, slow_downs } = self;
+        let Self { robot, contact_rates, timed, slow_downs, .. } = self;
         let rates = timed.law.at(sample.time);
         let (node, _) = timed.node_before(span, rates.position);
         let mut level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
         loop {
-            let mut load = |at: &Waypoint| {
-                robot.load(contact_rates, (&path.spans[span], contact_ground), level, at)
-            };
+            let mut load = |at: &Waypoint| robot.load(contact_rates, contacts, level, at);
             let moving = load(sample);
             if moving <= 1.0 + SHARE_TOLERANCE {
                 return true;
@@ -144,7 +162,7 @@ impl ProfileCheck<'_> {
 }
 
 /// Whether no acceleration changes much between two waypoints.
-fn is_steady(here: &Waypoint, next: &Waypoint) -> bool {
+pub(super) fn is_steady(here: &Waypoint, next: &Waypoint) -> bool {
     let [[from, turn_from], [to, turn_to]] = [here, next].map(|waypoint| {
         let (linear, angular) = waypoint.root_acceleration.split_at(3);
         [linear, angular].map(DVec3::from_slice)

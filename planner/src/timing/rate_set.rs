@@ -4,7 +4,8 @@
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
 
-use crate::geometry::polygon::outward_sides;
+use crate::geometry::polygon::inward_normal;
+use crate::timing::limit::Limit;
 
 /// Most vertices of a set.
 pub const VERTICES_MAX: usize = 32;
@@ -15,13 +16,18 @@ const APART_MIN: f64 = 1e-10;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RateSet {
     vertices: BoundedVec<DVec2, VERTICES_MAX>,
+    /// The limit on the side from each vertex to the next.
+    limits: BoundedVec<Limit, VERTICES_MAX>,
 }
 
 impl RateSet {
     /// All rates with `x` up to `x_max` and `u` between `-u_max` and `u_max`.
     pub fn within(x_max: f64, u_max: f64) -> Self {
         let corners = [(0.0, -u_max), (x_max, -u_max), (x_max, u_max), (0.0, u_max)];
-        Self { vertices: corners.into_iter().map(DVec2::from).collect() }
+        Self {
+            vertices: corners.into_iter().map(DVec2::from).collect(),
+            limits: corners.map(|_| Limit::PathRate).into_iter().collect(),
+        }
     }
 
     /// Its vertices.
@@ -34,24 +40,27 @@ impl RateSet {
         self.vertices.is_empty()
     }
 
-    /// Keeps the rates with `normal . (x, u) <= offset`.
-    pub fn clip(&mut self, normal: DVec2, offset: f64) {
+    /// Keeps the rates with `normal . (x, u) <= offset`, which `limit` demands.
+    pub fn clip(&mut self, normal: DVec2, offset: f64, limit: Limit) {
         let depth = |vertex: DVec2| offset - normal.dot(vertex);
         if self.vertices.iter().all(|&vertex| depth(vertex) >= 0.0) {
             return;
         }
         let mut kept = Self::default();
-        let Some(&last) = self.vertices.last() else { return };
-        let (mut a, mut a_depth) = (last, depth(last));
-        for &b in &self.vertices {
+        let (Some(&last), Some(&last_side)) = (self.vertices.last(), self.limits.last()) else {
+            return;
+        };
+        let (mut a, mut a_depth, mut side) = (last, depth(last), last_side);
+        for (&b, &next_side) in self.vertices.iter().zip(&self.limits) {
             let b_depth = depth(b);
             if (a_depth >= 0.0) != (b_depth >= 0.0) {
-                kept.push(a + (b - a) * (a_depth / (a_depth - b_depth)));
+                let crossing = a + (b - a) * (a_depth / (a_depth - b_depth));
+                kept.push(crossing, if a_depth >= 0.0 { limit } else { side });
             }
             if b_depth >= 0.0 {
-                kept.push(b);
+                kept.push(b, next_side);
             }
-            (a, a_depth) = (b, b_depth);
+            (a, a_depth, side) = (b, b_depth, next_side);
         }
         kept.close();
         *self = kept;
@@ -60,8 +69,8 @@ impl RateSet {
     /// Keeps the rates from which a cell of the path of length `step` ends at rates that `end`
     /// allows with the same acceleration. That `x` is not negative there is left to the caller.
     pub fn clip_by_end(&mut self, end: &Self, step: f64) {
-        for (normal, offset) in outward_sides(&end.vertices).filter(|side| !is_at_rest(side.0)) {
-            self.clip(DVec2::new(normal.x, normal.y + 2.0 * step * normal.x), offset);
+        for (normal, offset, limit) in end.sides().filter(|side| !is_at_rest(side.0)) {
+            self.clip(DVec2::new(normal.x, normal.y + 2.0 * step * normal.x), offset, limit);
         }
     }
 
@@ -93,22 +102,40 @@ impl RateSet {
     }
 
     /// The share of the set that a rate takes: the least factor by which the set, grown about rest,
-    /// holds the rate. Without bound where rest is on a side of
-    /// the set.
+    /// holds the rate. Without bound where rest is on a side of the set.
     pub fn share_of(&self, rate: DVec2) -> f64 {
-        let mut share: f64 = 0.0;
-        for (normal, offset) in outward_sides(&self.vertices) {
+        self.binding_at(rate).1
+    }
+
+    /// The limit of which a rate takes the largest share, and that share.
+    pub fn binding_at(&self, rate: DVec2) -> (Limit, f64) {
+        let mut most = (Limit::PathRate, 0.0);
+        if self.vertices.len() < 3 {
+            return (Limit::PathRate, f64::INFINITY);
+        }
+        for (normal, offset, limit) in self.sides() {
             let used = normal.dot(rate);
             if used > USED_MIN {
-                share = share.max(used / offset.max(1e-12));
+                let share = used / offset.max(1e-12);
+                most = if share > most.1 { (limit, share) } else { most };
             }
         }
-        if self.vertices.len() < 3 { f64::INFINITY } else { share }
+        most
     }
 
     /// The set shrunk about rest.
     pub fn scaled(&self, factor: f64) -> Self {
-        Self { vertices: self.vertices.iter().map(|&vertex| vertex * factor).collect() }
+        let vertices = self.vertices.iter().map(|&vertex| vertex * factor).collect();
+        Self { vertices, limits: self.limits.clone() }
+    }
+
+    /// The outward normals of all sides, of length 1, with their offsets and limits.
+    fn sides(&self) -> impl Iterator<Item = (DVec2, f64, Limit)> + '_ {
+        let sides = self.edges().zip(&self.limits);
+        sides.filter(|((a, b), _)| a.distance_squared(*b) > 0.0).map(|((a, b), &limit)| {
+            let normal = -inward_normal(a, b);
+            (normal, normal.dot(a), limit)
+        })
     }
 
     fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
@@ -116,10 +143,17 @@ impl RateSet {
         self.vertices.iter().zip(next).map(|(&a, &b)| (a, b))
     }
 
-    /// Appends a vertex unless it repeats the last one.
-    fn push(&mut self, vertex: DVec2) {
-        if self.vertices.last().is_none_or(|last| last.distance(vertex) > APART_MIN) {
-            let _only_shrinks = self.vertices.push(vertex);
+    /// Appends a vertex with the limit on the side after it. One that repeats the last one
+    /// replaces only that limit.
+    fn push(&mut self, vertex: DVec2, limit: Limit) {
+        match self.vertices.last() {
+            Some(last) if last.distance(vertex) <= APART_MIN => {
+                self.limits.pop();
+                let _as_many = self.limits.push(limit);
+            }
+            _ => {
+                let _only_shrinks = (self.vertices.push(vertex), self.limits.push(limit));
+            }
         }
     }
 
@@ -129,6 +163,7 @@ impl RateSet {
             && first.distance(last) <= APART_MIN
         {
             self.vertices.pop();
+            self.limits.pop();
         }
     }
 }
@@ -154,12 +189,14 @@ mod tests {
     #[test]
     fn clipping_keeps_the_near_side() {
         let mut set = square();
-        set.clip(DVec2::new(1.0, 1.0), 3.0);
+        set.clip(DVec2::new(1.0, 1.0), 3.0, Limit::Friction);
+        assert_eq!(set.binding_at(DVec2::new(2.5, 0.5)), (Limit::Friction, 1.0));
+        assert_eq!(set.binding_at(DVec2::new(1.0, -1.9)), (Limit::PathRate, 0.95));
         assert_eq!(set.vertices().len(), 5);
         assert_eq!(set.accelerations_at(4.0), Some([-2.0, -1.0]));
         assert_eq!(set.accelerations_at(1.0), Some([-2.0, 2.0]));
         assert_eq!(set.accelerations_at(4.1), None);
-        set.clip(DVec2::new(-1.0, 0.0), -9.0);
+        set.clip(DVec2::new(-1.0, 0.0), -9.0, Limit::Friction);
         assert!(set.is_empty() && set.fastest().is_none());
     }
 

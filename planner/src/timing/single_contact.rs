@@ -6,6 +6,10 @@ use glam::{DVec2, DVec3};
 use crate::geometry::polygon::cross;
 use crate::timing::support::FootSupport;
 
+/// How far the share of a corner may be below 0 by rounding: of a sole, less than 1 um.
+const SHARE_ROUNDING: f64 = 1e-6;
+/// How far a force may be beyond friction by rounding, relative.
+const FRICTION_ROUNDING: f64 = 1e-9;
 /// Least mean squared distance (m2) of the corners from the centre of pressure that bears a moment.
 const SPREAD_MIN: f64 = 1e-9;
 
@@ -24,7 +28,8 @@ pub(crate) fn holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
     if spread < SPREAD_MIN {
         return false;
     }
-    let limit = foot.friction * std::f64::consts::FRAC_1_SQRT_2 * force.z;
+    let limit =
+        foot.friction * std::f64::consts::FRAC_1_SQRT_2 * force.z * (1.0 + FRICTION_ROUNDING);
     arms.iter().all(|(share, arm)| {
         let tangent = force.truncate() + arm.perp() * (turning / spread);
         *share == 0.0 || tangent.abs().max_element() <= limit
@@ -40,7 +45,7 @@ fn corners_around(polygon: &[DVec2], at: DVec2) -> Option<[(f64, DVec2); 3]> {
         let area = cross(corners[0], corners[1], corners[2]);
         let shares = [0, 1, 2]
             .map(|index| cross(corners[(index + 1) % 3], corners[(index + 2) % 3], at) / area);
-        let is_inside = area > 0.0 && shares.iter().all(|share| *share >= 0.0);
-        is_inside.then(|| [0, 1, 2].map(|index| (shares[index], corners[index])))
+        let is_inside = area > 0.0 && shares.iter().all(|share| *share >= -SHARE_ROUNDING);
+        is_inside.then(|| [0, 1, 2].map(|index| (shares[index].max(0.0), corners[index])))
     })
 }

@@ -29,6 +29,11 @@ impl SlowDowns {
         self.factors.push(1.0);
     }
 
+    /// Keeps the first nodes.
+    pub fn truncate(&mut self, nodes: usize) {
+        self.factors.truncate(nodes);
+    }
+
     /// Only nodes from `first` on become slower.
     pub fn keep_before(&mut self, first: usize) {
         self.first = first;

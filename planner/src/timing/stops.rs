@@ -5,20 +5,17 @@
 //! may begin before a short chunk does, but not before the one of the chunk before it: until then
 //! the robot does not brake. So stops are found from the last chunk known to the first.
 
-use std::cell::RefCell;
-
 use surefoot_shared_types::message::{PlanTime, Ramp};
 
 use crate::base::arena::reserve;
-use crate::timing::path_point::Path;
+use crate::timing::balance_table::{BalanceSource, BalanceTable, SampledSpan};
+use crate::timing::limits::Level;
 use crate::timing::slow_downs::SlowDowns;
-use crate::timing::timed_path::{SpanTimes, TimedPath};
-use crate::timing::timed_robot::TimedRobot;
+use crate::timing::timed_path::TimedPath;
 use crate::timing::tuning::{
     INTERVAL_MAX, RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX,
     RATES_SHARE_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
 };
-use crate::timing::zero_moment::ContactGround;
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -83,7 +80,12 @@ impl StopTable {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it. `None` where
     /// the profile has none, or the memory for stops is used up.
-    pub(super) fn stop(&self, motion: &TimedMotion<'_>, span: usize, chunk: usize) -> Option<Stop> {
+    pub(super) fn stop(
+        &self,
+        motion: &mut TimedMotion<'_>,
+        span: usize,
+        chunk: usize,
+    ) -> Option<Stop> {
         let is_after = |brake: &Brake| (brake.span, brake.chunk) > (span, chunk);
         let brake = self.brakes.get(self.brakes.partition_point(is_after))?;
         if (brake.span, brake.chunk) != (span, chunk) {
@@ -99,8 +101,12 @@ impl StopTable {
     /// Finds a stop for every chunk that is not written: of the ramps within the limits that end
     /// inside the chunk, the one that begins last, but not after that of the next chunk. Where
     /// there is none, notes where to slow down, and returns `false`.
-    pub(super) fn find(&mut self, motion: &TimedMotion<'_>, slow_downs: &mut SlowDowns) -> bool {
-        let timed = motion.timed;
+    pub(super) fn find(
+        &mut self,
+        motion: &mut TimedMotion<'_>,
+        slow_downs: &mut SlowDowns,
+    ) -> bool {
+        let timed = motion.source.timed;
         self.brakes.clear();
         let after = self.brake_after;
         let (mut latest, mut finds_all) = (f64::INFINITY, true);
@@ -130,11 +136,11 @@ impl StopTable {
 /// Beginning and duration (s) of the latest ramp within the limits that begins between these
 /// times and ends between `begin` and `end`.
 fn brake(
-    motion: &TimedMotion<'_>,
+    motion: &mut TimedMotion<'_>,
     [after, before]: [f64; 2],
     [begin, end]: [f64; 2],
 ) -> Option<(f64, f64)> {
-    if motion.timed.law.at(end).speed <= REST_SPEED {
+    if motion.timed().law.at(end).speed <= REST_SPEED {
         return Some((end, 0.0));
     }
     let mut best: Option<(f64, f64)> = None;
@@ -158,7 +164,7 @@ fn brake(
 
 /// The shortest ramp within the limits of the path known so far, in the same steps, by which the
 /// robot goes on after a rest at `time`.
-fn resume_duration(motion: &TimedMotion<'_>, time: f64) -> Option<f64> {
+fn resume_duration(motion: &mut TimedMotion<'_>, time: f64) -> Option<f64> {
     let durations = std::iter::successors(Some(RAMP_SHORTEST), |seconds| Some(seconds * RAMP_STEP));
     durations
         .take(RAMP_STEPS_MAX)
@@ -169,8 +175,8 @@ fn resume_duration(motion: &TimedMotion<'_>, time: f64) -> Option<f64> {
 /// allow, or, within their distance to the limits, than the motion at full speed takes; and whether
 /// the zero-moment point keeps the controller's margin, twice between any two waypoints: the
 /// acceleration of a motion may change within that time.
-fn ramp_holds(motion: &TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
-    let timed = motion.timed;
+fn ramp_holds(motion: &mut TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
+    let timed = motion.timed();
     let samples = |count: usize| {
         (0..=count).map(move |sample| {
             let at = ramp.at(ramp.seconds() * sample as f64 / count as f64);
@@ -189,40 +195,36 @@ fn ramp_holds(motion: &TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
 /// The motion of a path within the robot's limits.
 #[derive(Debug)]
 pub(super) struct TimedMotion<'a> {
-    pub robot: &'a TimedRobot,
-    pub path: Path<'a>,
-    pub timed: &'a TimedPath,
+    source: BalanceSource<'a>,
+    balance: &'a mut BalanceTable,
     /// The span in which the last sample was.
-    last: RefCell<Option<SampledSpan>>,
-}
-
-/// What all samples in a span have in common.
-#[derive(Debug)]
-struct SampledSpan {
-    span: usize,
-    times: SpanTimes,
-    contact_ground: ContactGround,
+    last: Option<SampledSpan>,
 }
 
 impl<'a> TimedMotion<'a> {
     /// A robot's motion along a timed path.
-    pub fn new(robot: &'a TimedRobot, path: Path<'a>, timed: &'a TimedPath) -> Self {
-        Self { robot, path, timed, last: RefCell::new(None) }
+    pub fn new(source: BalanceSource<'a>, balance: &'a mut BalanceTable) -> Self {
+        Self { source, balance, last: None }
+    }
+
+    fn timed(&self) -> &'a TimedPath {
+        self.source.timed
     }
 
     /// Whether the zero-moment point keeps the controller's margin at a time while plan time passes
     /// like this.
-    fn is_upright(&self, time: f64, at: &PlanTime) -> bool {
-        let mut last = self.last.borrow_mut();
-        let known = last.take().filter(|last| last.times.begin <= time && time < last.times.end);
-        let sampled = last.insert(known.unwrap_or_else(|| {
-            let span = self.timed.span_at(time);
-            let contact_ground = self.robot.contact_ground(&self.path.spans[span]);
-            SampledSpan { span, times: self.timed.span_times(span), contact_ground }
+    fn is_upright(&mut self, time: f64, at: &PlanTime) -> bool {
+        let BalanceSource { robot, path, timed, .. } = self.source;
+        let known =
+            self.last.take().filter(|last| last.times.begin <= time && time < last.times.end);
+        let sampled = self.last.insert(known.unwrap_or_else(|| {
+            let span = timed.span_at(time);
+            let contact_ground = robot.contact_ground(&path.spans[span]);
+            SampledSpan { span, times: timed.span_times(span), contact_ground }
         }));
-        let SampledSpan { span, times, contact_ground } = sampled;
-        let waypoint = self.timed.emitted_at(self.path, *span, times, time);
-        self.robot.keeps_zero_moment(contact_ground, &at.apply(&waypoint))
+        let basis = self.balance.at(&self.source, sampled, time);
+        let region = sampled.contact_ground.region(Level::Bare, 0.0);
+        region.holds_load(&basis.moving(at), &basis.at_rest)
     }
 }
 

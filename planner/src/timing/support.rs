@@ -39,6 +39,22 @@ pub struct FootSupport {
     pub friction: f64,
 }
 
+/// The stance feet of a span at every level.
+#[derive(Debug)]
+pub(crate) struct SpanSupports([Support; Level::ALL.len()]);
+
+impl SpanSupports {
+    /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
+    pub fn new(span: &PathSpan, extra: f64, friction: f64) -> Self {
+        Self(Level::ALL.map(|level| Support::new(span, level, extra, friction)))
+    }
+
+    /// The feet at a level.
+    pub fn at(&self, level: Level) -> &Support {
+        &self.0[(level as usize).min(Level::ALL.len() - 1)]
+    }
+}
+
 impl Support {
     /// The contacts of a span at a level, `extra` (m) further inside.
     pub fn new(span: &PathSpan, level: Level, extra: f64, friction: f64) -> Self {

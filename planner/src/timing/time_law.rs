@@ -115,6 +115,13 @@ impl TimeLaw {
         self.cells[node].time
     }
 
+    /// The nodes that the unrounded law passes between two times (s), with one more at both ends.
+    pub fn nodes_between(&self, begin: f64, end: f64) -> std::ops::Range<usize> {
+        let first = self.cells.partition_point(|cell| cell.time < begin);
+        let last = self.cells.partition_point(|cell| cell.time <= end);
+        first.saturating_sub(1)..(last + 1).min(self.cells.len())
+    }
+
     /// The rounded law at a time.
     pub fn at(&self, time: f64) -> PathRates {
         let [(before, from), (after, to)] =

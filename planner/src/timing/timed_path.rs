@@ -50,6 +50,12 @@ impl TimedPath {
         self.law.rebuild(0, &[], &[]);
     }
 
+    /// Keeps the first nodes and spans. The law is to be computed anew.
+    pub fn truncate(&mut self, nodes: usize, spans: usize) {
+        self.nodes.truncate(nodes);
+        self.starts.truncate(spans);
+    }
+
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>()

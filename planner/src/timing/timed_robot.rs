@@ -11,17 +11,17 @@ use surefoot_shared_types::world::world::GRAVITY;
 use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
+use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::{Support, supported_part};
+use crate::timing::support::{SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
-    COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX,
-    TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
+    LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
-use crate::timing::zero_moment::ContactGround;
+use crate::timing::zero_moment::{BalanceBasis, ContactGround};
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -35,6 +35,17 @@ pub struct TimedRobot {
     sole_areas: [f64; 2],
     joints_len: usize,
     mass: f64,
+    joint_names: Vec<String>,
+}
+
+/// The contacts of a span, as all of its points share them.
+#[derive(Debug)]
+pub(crate) struct SpanContacts<'a> {
+    pub span: &'a PathSpan,
+    pub ground: ContactGround,
+    supports: SpanSupports,
+    /// Distance (m) by which the centre of pressure stays further inside than at a level.
+    extra: f64,
 }
 
 /// Velocity and acceleration of a waypoint, root and joints in one list.
@@ -63,8 +74,24 @@ impl TimedRobot {
             sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
+            joint_names: model.joints.iter().map(|joint| joint.name.clone()).collect(),
             limits,
             dynamics,
+        }
+    }
+
+    /// The name of a joint.
+    pub(super) fn joint_name(&self, joint: usize) -> Option<&str> {
+        self.joint_names.get(joint).map(String::as_str)
+    }
+
+    /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
+    pub(super) fn span_contacts<'a>(&self, span: &'a PathSpan, extra: f64) -> SpanContacts<'a> {
+        SpanContacts {
+            span,
+            ground: self.contact_ground(span),
+            supports: SpanSupports::new(span, extra, self.limits.friction),
+            extra,
         }
     }
 
@@ -73,39 +100,43 @@ impl TimedRobot {
     pub(crate) fn rates(
         &self,
         contact_rates: &mut ContactRates,
-        span: &PathSpan,
+        contacts: &SpanContacts<'_>,
         point: &Waypoint,
         touches_down: bool,
     ) -> (RateSet, Level) {
+        let SpanContacts { span, ground, supports, extra } = contacts;
         let [first, second] = rates_of(point);
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
-        let contact_ground = self.contact_ground(span);
+        let slip = self.stance_slip(span, &dynamics.frames, &first);
         for level in Level::ALL {
-            let support = Support::new(span, level, COP_MARGIN_EXTRA, self.limits.friction);
+            let support = supports.at(level);
             let mut rates = joint_rates(
                 &dynamics,
                 &state,
-                (&support, &self.chains),
+                (support, &self.chains),
                 (&self.limits, level),
                 self.joints_len,
             );
-            let slip = self.stance_slip(span, &dynamics.frames, &first);
-            rates.clip(DVec2::X, (LIMITS_PART / slip.max(SLIP_MIN)).powi(2));
+            let rate_max = LIMITS_PART / slip.max(SLIP_MIN);
+            rates.clip(DVec2::X, rate_max.powi(2), Limit::StanceSole);
             if touches_down {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
-            contact_ground.region(level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
-            let problem = self.problem(&dynamics, &support, level, LIMITS_PART);
-            let found = contact_rates.restrict(&problem, &rates);
+            ground.region(level, *extra).clip(&dynamics, &mut rates);
+            let problem = self.problem(&dynamics, support, level, LIMITS_PART);
+            let mut found = contact_rates.restrict(&problem, &rates);
+            if !can_start(&found, level) {
+                found = contact_rates.restrict_by_program(&problem, &rates);
+            }
             if can_start(&found, level) {
                 return (found, level);
             }
         }
         let mut rates = RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE);
         let level = Level::Unsupported;
-        contact_ground.region(level, COP_MARGIN_EXTRA).clip(&dynamics, &mut rates);
+        ground.region(level, *extra).clip(&dynamics, &mut rates);
         (rates, level)
     }
 
@@ -146,7 +177,8 @@ impl TimedRobot {
             if span.contacts.iter().all(|contact| contact.limb as usize != limb) {
                 let (point, normal) = self.sole_at(frames, limb);
                 let speed = normal.dot(frames.point_velocity(&self.chains[limb], point, first));
-                rates.clip(DVec2::X, (TOUCHDOWN_SPEED_MAX / speed.abs().max(1e-6)).powi(2));
+                let rate_max = TOUCHDOWN_SPEED_MAX / speed.abs().max(1e-6);
+                rates.clip(DVec2::X, rate_max.powi(2), Limit::Touchdown);
             }
         }
     }
@@ -183,15 +215,16 @@ impl TimedRobot {
     pub(crate) fn load(
         &self,
         contact_rates: &mut ContactRates,
-        (span, contact_ground): (&PathSpan, &ContactGround),
+        contacts: &SpanContacts<'_>,
         level: Level,
         waypoint: &Waypoint,
     ) -> f64 {
+        let SpanContacts { span, ground, supports, extra } = contacts;
         let [velocity, acceleration] = rates_of(waypoint);
         let dynamics = self.at_instant(waypoint);
-        let support = Support::new(span, level, COP_MARGIN_BETWEEN, self.limits.friction);
+        let support = supports.at(level);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
-        let region = contact_ground.region(level, COP_MARGIN_BETWEEN);
+        let region = ground.region(level, *extra);
         let is_upright = region.holds(&dynamics, || self.at_standstill(waypoint));
         let is_admitted = is_upright && self.limits.admit(&waypoint.q);
         let mut load = if is_admitted { 0.0 } else { INADMISSIBLE };
@@ -202,23 +235,28 @@ impl TimedRobot {
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
-            if let Some(torque) = dynamics.own_torque(&support, &self.chains, joint) {
+            if let Some(torque) = dynamics.own_torque(support, &self.chains, joint) {
                 load = load.max(torque.constant.abs() / effort);
             }
         }
-        let problem = self.problem(&dynamics, &support, level, 1.0);
+        let problem = self.problem(&dynamics, support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(INADMISSIBLE) }
     }
 
-    /// Whether the zero-moment point of a motion keeps the controller's margin.
-    pub(super) fn keeps_zero_moment(
-        &self,
-        contact_ground: &ContactGround,
-        waypoint: &Waypoint,
-    ) -> bool {
-        let region = contact_ground.region(Level::Bare, 0.0);
-        region.holds(&self.at_instant(waypoint), || self.at_standstill(waypoint))
+    /// The load on the ground under a motion at one instant, at any rate of plan time.
+    pub(super) fn balance(&self, ground: &ContactGround, waypoint: &Waypoint) -> BalanceBasis {
+        const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
+        let [velocity, acceleration] = rates_of(waypoint);
+        let mut frames = LinkFrames::default();
+        let root = waypoint.world_from_root();
+        self.dynamics.place(&root, &waypoint.q, &mut frames);
+        let load = |wrench: (DVec3, DVec3)| ground.load(wrench, root.translation);
+        BalanceBasis {
+            at_rest: load(self.dynamics.weight_wrench(&frames, GRAVITY)),
+            by_square: load(self.dynamics.root_wrench(&frames, &velocity, &acceleration)),
+            by_change: load(self.dynamics.root_wrench(&frames, &REST, &velocity)),
+        }
     }
 
     /// Writes the feed-forward torques of a waypoint, at `progress` (0 to 1) of its span.

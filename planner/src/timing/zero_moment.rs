@@ -6,9 +6,10 @@
 //! at different heights, and where a centre of pressure may come nearer to the edge of a sole.
 
 use glam::{DVec2, DVec3};
-use surefoot_shared_types::message::Contact;
+use surefoot_shared_types::message::{Contact, PlanTime};
 
 use crate::timing::ground::Ground;
+use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
@@ -35,7 +36,65 @@ pub(crate) struct ZeroMomentRegion<'a> {
     margin: f64,
 }
 
+/// The load on the ground of a span, as far as the zero-moment point needs it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct GroundLoad {
+    /// Force upward, N.
+    press: f64,
+    /// Moments about x and y of the point of the ground's plane on the world's z axis, N m.
+    about: DVec2,
+}
+
+impl GroundLoad {
+    /// The sum with `factor` times another one.
+    pub fn plus(&self, other: &Self, factor: f64) -> Self {
+        Self { press: self.press + other.press * factor, about: self.about + other.about * factor }
+    }
+
+    /// The load at `part` (0 to 1) of the way to another one.
+    pub fn lerp(&self, other: &Self, part: f64) -> Self {
+        Self {
+            press: self.press + (other.press - self.press) * part,
+            about: self.about.lerp(other.about, part),
+        }
+    }
+}
+
+/// The load on the ground at an instant: at rest, by the square of the rate of plan time, and by
+/// its change.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct BalanceBasis {
+    /// At rest.
+    pub at_rest: GroundLoad,
+    /// Added by the square of the rate.
+    pub by_square: GroundLoad,
+    /// Added by the change of the rate (1/s).
+    pub by_change: GroundLoad,
+}
+
+impl BalanceBasis {
+    /// The load while plan time passes like this.
+    pub fn moving(&self, at: &PlanTime) -> GroundLoad {
+        self.at_rest.plus(&self.by_square, at.rate * at.rate).plus(&self.by_change, at.rate_change)
+    }
+
+    /// The basis at `part` (0 to 1) of the way to the next one.
+    pub fn lerp(&self, next: &Self, part: f64) -> Self {
+        Self {
+            at_rest: self.at_rest.lerp(&next.at_rest, part),
+            by_square: self.by_square.lerp(&next.by_square, part),
+            by_change: self.by_change.lerp(&next.by_change, part),
+        }
+    }
+}
+
 impl ContactGround {
+    /// The load of a wrench about a point (world, m).
+    pub fn load(&self, (force, moment): (DVec3, DVec3), point: DVec3) -> GroundLoad {
+        let arm = point - DVec3::Z * self.ground.height;
+        GroundLoad { press: force.z, about: (moment + arm.cross(force)).truncate() }
+    }
+
     /// The ground under these contacts. `checked` is the margin (m) that the controller demands,
     /// `is_partial`: whether the world supports only a part of a sole.
     pub fn new(contacts: &[Contact], checked: f64, is_partial: bool) -> Self {
@@ -60,7 +119,7 @@ impl ZeroMomentRegion<'_> {
     /// Keeps the rates whose zero-moment point is inside.
     pub fn clip(&self, dynamics: &PathDynamics, rates: &mut RateSet) {
         for (excess, spare) in self.excesses(dynamics) {
-            rates.clip(excess.slope, spare);
+            rates.clip(excess.slope, spare, Limit::ZeroMoment);
         }
     }
 
@@ -75,6 +134,19 @@ impl ZeroMomentRegion<'_> {
         self.excesses(moving)
             .zip(self.excesses(&rest))
             .all(|((moving, _), (rest, spare))| moving.constant - rest.constant <= spare)
+    }
+
+    /// The same for a load on the ground and that of the configuration at rest.
+    pub fn holds_load(&self, moving: &GroundLoad, at_rest: &GroundLoad) -> bool {
+        let sides = self.ground.region.sides().iter();
+        let excesses = sides.map(|side| {
+            let limit = side.offset + self.margin;
+            let pressure = |load: &GroundLoad| DVec2::new(-load.about.y, load.about.x);
+            [moving, at_rest].map(|load| limit * load.press - side.normal.dot(pressure(load)))
+        });
+        let spare_min = ZERO_MOMENT_SHIFT_MIN * at_rest.press;
+        excesses.clone().all(|[moving, _]| moving <= 0.0)
+            || excesses.into_iter().all(|[moving, rest]| moving - rest <= (-rest).max(spare_min))
     }
 
     /// For every side of the region: how far the zero-moment point is beyond it, as an affine
