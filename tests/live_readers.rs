@@ -21,10 +21,11 @@ use std::time::{Duration, Instant};
 use command::{CommandOutput, finish, surefoot};
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
-use surefoot_shared_types::message::set_point::FLAG_FINISHED;
+use surefoot_shared_types::message::set_point::{FLAG_FINISHED, FLAG_LOADS};
 use surefoot_shared_types::message::{Description, PlanChunk, SetPoint};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::GRAVITY;
 
 /// Longest time to wait for another process.
 const WAIT_MAX: Duration = Duration::from_secs(60);
@@ -95,7 +96,7 @@ fn read(observer: &Observer, reads_points: bool) -> Received {
             received.points.push(point);
         }
         let last = received.points.last();
-        let is_played = !reads_points || last.is_some_and(|point| point.flags == FLAG_FINISHED);
+        let is_played = !reads_points || last.is_some_and(|point| point.flags & FLAG_FINISHED != 0);
         if !is_attended && !received.chunks.is_empty() && is_played {
             received.missed = observer.missed_chunks();
             return received;
@@ -269,6 +270,33 @@ fn check_points(received: &Received) {
         let last = chunk.waypoints().last().unwrap();
         assert_eq!((end.waypoint.q, end.waypoint.time), (last.q, last.time));
     }
+}
+
+#[test]
+fn set_points_state_the_contact_wrenches_where_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = scenario(folder.path());
+    let file = file.to_str().unwrap();
+    let name = format!("test-loads-{}", std::process::id());
+    let instance = Instance::create(&name).unwrap();
+    let observer = Observer::open(&instance).unwrap();
+    let sample = ["sample", "--instance", &name, "--hz", "20", "--rate", "10", "--loads", file];
+    let sampler = Reader::start(surefoot(&sample));
+    let control = surefoot(&["control", file, "--instance", &name]).spawn().unwrap();
+    let plan = surefoot(&["plan", file, "--quiet", "--instance", &name]).spawn().unwrap();
+    let received = read(&observer, true);
+    assert_eq!((finish(control).code, finish(plan).code), (0, 0));
+    assert_eq!(sampler.finish().0, 0);
+    for point in &received.points {
+        assert_ne!(point.flags & FLAG_LOADS, 0, "no loads at {} s", point.waypoint.time);
+        let swinging = point.feet.iter().filter(|foot| foot.in_contact == 0);
+        assert!(swinging.into_iter().all(|foot| (foot.force, foot.moment) == ([0.0; 3], [0.0; 3])));
+    }
+    let end = received.points.last().unwrap();
+    let weight: f64 = end.feet.iter().map(|foot| foot.force[2]).sum();
+    let expected = hubo().mass() * GRAVITY;
+    assert!((weight - expected).abs() < 1e-3 * expected, "{weight} N instead of {expected}");
+    assert!(end.waypoint.torque.iter().any(|torque| torque.abs() > 1.0));
 }
 
 #[test]

@@ -15,6 +15,8 @@ import subprocess
 import sys
 import urllib.parse
 
+import diagrams
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
@@ -40,9 +42,25 @@ def without_code(text):
     return FENCE.sub(lambda block: " " * len(block[0]), text)
 
 
+def with_pictures(page, text):
+    """A page with its diagrams as pictures, where these show what the page says."""
+    blocks = enumerate(diagrams.BLOCK.findall(text), 1)
+    pictures = {block: diagrams.picture(page, index) for index, block in blocks}
+
+    def shown(found):
+        path = pictures[found[1]]
+        if diagrams.source(path) != found[1]:
+            print(f"{page.name}: {path.name} is out of date: tools/diagrams.py", file=sys.stderr)
+            return found[0]
+        return f"![diagram](pictures/{path.name})"
+
+    return diagrams.BLOCK.sub(shown, text)
+
+
 def prepared(page, wanted):
-    """The text of a page with its links to folders as plain text; adds the linked files."""
-    text = page.read_text()
+    """The text of a page with its links to folders as plain text and its diagrams as pictures; adds
+    the linked files."""
+    text = with_pictures(page, page.read_text())
     prose, out, end = without_code(text), [], 0
     for link in LINK.finditer(prose):
         target = link[3]

@@ -69,8 +69,15 @@ impl Compiled {
         let placement = FootPlacementConfig::default();
         let (bounds, ends) =
             (collision.world_bounds(), [&case.scenario.start, &case.scenario.goal]);
-        let search =
-            RouteSearch::new(ends, config.route_vertex_spacing, vertices, &bounds, &placement);
+        let width = preparation.step_limits().walking_width();
+        let search = RouteSearch::new(
+            ends,
+            width,
+            config.route_vertex_spacing,
+            vertices,
+            &bounds,
+            &placement,
+        );
         let surfaces = Surfaces::new(&case.world, placement).unwrap();
         let constraints = Constraints::new(robot, collision, config.clone());
         Self {

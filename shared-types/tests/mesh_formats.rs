@@ -260,6 +260,25 @@ fn formats_that_are_not_read_are_called_by_their_names() {
         &["Git LFS pointer", "git lfs pull"],
     );
     refused("a.obj", format!("solid x\n{FACET}endsolid\n"), &["STL file by its content"]);
+    refused("a.stl", format!("{QUAD}f 1 2 3 4\n"), &["OBJ file by its content; name it .obj"]);
+    refused("a.dae", format!("{QUAD}f 1 2 3 4\n"), &["OBJ file by its content"]);
+    refused("a.obj", format!("{QUAD}f 1 2 3 9\n"), &["vertex 9 of 4"]);
+    refused("a", "abc", &["has no ending"]);
+}
+
+#[test]
+fn archives_are_to_be_unpacked() {
+    for (name, bytes, what) in [
+        ("a.stl", &b"\x1f\x8b\x08\0\0\0\0\0"[..], "is a gzip archive; unpack it"),
+        ("a.obj.gz", b"\x1f\x8b\x08\0\0\0\0\0", "is a gzip archive"),
+        ("a.dae", b"PK\x03\x04\x14\0", "is a ZIP archive; unpack it"),
+        ("a.3mf", b"PK\x03\x04\x14\0", "is a 3MF file"),
+        ("a.obj", b"BZh91AY&SY", "is a bzip2 archive"),
+        ("a.stl", b"\xfd7zXZ\0\0\x04", "is an xz archive"),
+        ("a.stl", b"\x28\xb5\x2f\xfd\x24", "is a zstd archive"),
+    ] {
+        refused(name, bytes, &[what]);
+    }
 }
 
 #[test]

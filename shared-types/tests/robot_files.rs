@@ -421,6 +421,25 @@ fn broken_urdfs_are_refused() {
 }
 
 #[test]
+fn one_fault_of_a_link_is_one_complaint() {
+    for (from, to, complaint) in [
+        ("<mass value=\"2\"/>", "<mass value=\"-2\"/>", "must not be negative"),
+        ("<mass value=\"2\"/>", "<mass value=\"2 kg\"/>", "is not 1 number"),
+        ("<box size=\"0.2 0.1 0.04\"/>", "<mesh filename=\"\"/>", "has no filename"),
+        ("<box size=\"0.2 0.1 0.04\"/>", "", "holds 0 shapes"),
+        ("<box size=\"0.2 0.1 0.04\"/>", "<box size=\"0.2,0.1,0.04\"/>", "is not 3 numbers"),
+        ("<box size=\"0.2 0.1 0.04\"/>", "<box size=\"1e300 1 1\"/>", "holds 1e300; every"),
+    ] {
+        let folder = Folder::new();
+        assert!(URDF.contains(from), "{from}");
+        folder.write("stilts.urdf", URDF.replacen(from, to, 1).as_bytes());
+        let error = load(folder.path("").as_path()).unwrap_err().to_string();
+        assert!(error.contains(complaint), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
 fn a_file_that_is_no_urdf_is_refused() {
     let folder = Folder::new();
     folder.write("stilts.urdf", b"<sdf/>");

@@ -375,6 +375,10 @@ pub struct SampleArguments {
     /// Seconds of the plan each second of real time
     #[arg(long, value_name = "R", value_parser = sample_rate, default_value_t = 1.0)]
     pub rate: f64,
+    /// State contact wrenches, and torques where the plan states none: those of this scenario's
+    /// robot in its world
+    #[arg(long, value_name = "SCENARIO")]
+    pub loads: Option<PathBuf>,
     /// Also publish /joint_states, /tf, /joint_trajectory and /root_trajectory for iceoryx2's ROS 2
     /// gateway (docs/ATTACH.md)
     #[arg(long)]

@@ -25,6 +25,9 @@ pub struct RobotAddArguments {
     /// The links of the feet, where they cannot be found
     #[arg(long, value_name = "LEFT,RIGHT", value_parser = feet)]
     pub feet: Option<Feet>,
+    /// Leave out shapes whose mesh files are missing: nothing keeps these links from colliding
+    #[arg(long)]
+    pub skip_missing_meshes: bool,
     /// Show no progress, only the summary
     #[arg(long)]
     pub quiet: bool,

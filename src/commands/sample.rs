@@ -1,9 +1,10 @@
 //! `surefoot sample`: plays the accepted plan of an instance in real time and publishes set-points
-//! for a joint controller; with `--ros` also ROS 2 messages.
+//! for a joint controller; with `--loads` also contact wrenches, with `--ros` ROS 2 messages.
 
 mod foot_schedule;
 mod playback;
 mod ros_topics;
+mod sampled_loads;
 
 use std::time::Duration;
 
@@ -16,6 +17,7 @@ use surefoot_shared_types::message::PlanChunk;
 use crate::cli::arguments::SampleArguments;
 use crate::commands::sample::playback::{Playback, PlaybackCounts};
 use crate::commands::sample::ros_topics::RosTopics;
+use crate::commands::sample::sampled_loads::SampledLoads;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::Stopwatch;
 use crate::system::{signals, terminal};
@@ -33,6 +35,7 @@ const LATE_SECONDS_MAX: f64 = 0.1;
 pub fn run(arguments: &SampleArguments) -> Result<CommandOutcome, CommandError> {
     CommandError::unless_limited()?;
     let _deferral = signals::defer();
+    let loads = arguments.loads.as_deref().map(SampledLoads::load).transpose()?;
     let instance = attach(arguments)?;
     let observer = Observer::open(&instance)?;
     let publisher = SetPointPublisher::open(observer.participant())?;
@@ -42,6 +45,7 @@ pub fn run(arguments: &SampleArguments) -> Result<CommandOutcome, CommandError> 
         observer,
         publisher,
         ros,
+        loads,
         playback: Playback::default(),
         pace: Pace::new(arguments.hz, arguments.rate),
         id: random_id(),
@@ -77,6 +81,7 @@ struct Sampler {
     observer: Observer,
     publisher: SetPointPublisher,
     ros: Option<RosTopics>,
+    loads: Option<SampledLoads>,
     playback: Playback,
     pace: Pace,
     id: u64,
@@ -110,10 +115,9 @@ impl Sampler {
             self.has_received = true;
             self.playback.receive(&chunk);
         }
-        if let Some(description) = self.observer.description()?
-            && let Some(ros) = &mut self.ros
-        {
-            ros.describe(&description)?;
+        if let Some(description) = self.observer.description()? {
+            self.loads.as_ref().map_or(Ok(()), |loads| loads.check(&description))?;
+            self.ros.as_mut().map_or(Ok(()), |ros| ros.describe(&description))?;
         }
         while let Some(feedback) = self.observer.feedback()? {
             self.playback.accept(&feedback);
@@ -130,9 +134,12 @@ impl Sampler {
 
     /// Publishes the next set-point; nothing before the first plan.
     fn publish(&mut self) -> Result<(), CommandError> {
-        let Some(point) = self.playback.advance(self.id, self.pace.tick_seconds) else {
+        let Some(mut point) = self.playback.advance(self.id, self.pace.tick_seconds) else {
             return Ok(());
         };
+        if let (Some(loads), Some(chunk)) = (&mut self.loads, self.playback.chunk_of(&point)) {
+            loads.add(chunk, &mut point);
+        }
         self.publisher.publish(&point)?;
         match &mut self.ros {
             Some(ros) => Ok(ros.publish_state(&point)?),

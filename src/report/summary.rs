@@ -135,7 +135,7 @@ fn bottleneck(Bottleneck { xyz: [x, y, z], failures }: &Bottleneck) -> String {
 }
 
 /// The most frequent reasons, as shares of all rejections.
-fn rejected(rejections: &BTreeMap<String, u64>) -> String {
+pub(crate) fn rejected(rejections: &BTreeMap<String, u64>) -> String {
     let total: u64 = rejections.values().sum();
     let mut reasons: Vec<_> = rejections.iter().collect();
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));

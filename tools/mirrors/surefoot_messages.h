@@ -144,13 +144,16 @@
 /* Two processes publish feedback as the controller. */
 #define SUREFOOT_REQUEST_STATE_CONTRADICTED 11
 /* The layout version in SetPoint::schema. */
-#define SUREFOOT_SET_POINT_SCHEMA 1
+#define SUREFOOT_SET_POINT_SCHEMA 2
 /* Flag: no chunk follows in time. The robot brakes, or stands where it has braked. */
 #define SUREFOOT_FLAG_STARVED 1
 /* Flag: the robot stands at the end of its plan. */
 #define SUREFOOT_FLAG_FINISHED 2
 /* Flag: the sampler has missed chunks. The robot brakes and stands until a plan begins there. */
 #define SUREFOOT_FLAG_MISSED 4
+/* Flag: the contact wrenches are stated, and torques where the plan states none. Without it the
+   wrenches are 0. */
+#define SUREFOOT_FLAG_LOADS 8
 /* The layout version in SimulationState::schema. */
 #define SUREFOOT_STATE_SCHEMA 1
 /* The robot stands where the stop of a chunk ends. */
@@ -779,8 +782,8 @@ static_assert(offsetof(surefoot_Description, mass) == 448, "offset");
 static_assert(offsetof(surefoot_Description, joints) == 456, "offset");
 static_assert(offsetof(surefoot_Description, feet) == 7368, "offset");
 
-#define SUREFOOT_FOOT_SCHEDULE_TYPE_NAME "surefoot.FootSchedule.v1"
-#define SUREFOOT_FOOT_SCHEDULE_LAYOUT "3cab057ac4f6cbd2"
+#define SUREFOOT_FOOT_SCHEDULE_TYPE_NAME "surefoot.FootSchedule.v2"
+#define SUREFOOT_FOOT_SCHEDULE_LAYOUT "eb1ab48e8215cef9"
 /* Where a foot is, and when that changes. */
 typedef struct {
     /* 1 while the foot carries the robot, 0 while it swings. */
@@ -794,16 +797,22 @@ typedef struct {
     double position[3];
     /* Rotation of the sole in the world, unit quaternion x, y, z, w. */
     double rotation[4];
+    /* Force of the ground on the foot in the world, N. */
+    double force[3];
+    /* Moment of the ground on the foot about position, in the world, N m. */
+    double moment[3];
 } surefoot_FootSchedule;
-static_assert(sizeof(surefoot_FootSchedule) == 80, "size");
+static_assert(sizeof(surefoot_FootSchedule) == 128, "size");
 static_assert(offsetof(surefoot_FootSchedule, in_contact) == 0, "offset");
 static_assert(offsetof(surefoot_FootSchedule, changes_at) == 8, "offset");
 static_assert(offsetof(surefoot_FootSchedule, has_pose) == 16, "offset");
 static_assert(offsetof(surefoot_FootSchedule, position) == 24, "offset");
 static_assert(offsetof(surefoot_FootSchedule, rotation) == 48, "offset");
+static_assert(offsetof(surefoot_FootSchedule, force) == 80, "offset");
+static_assert(offsetof(surefoot_FootSchedule, moment) == 104, "offset");
 
-#define SUREFOOT_SET_POINT_TYPE_NAME "surefoot.SetPoint.v1"
-#define SUREFOOT_SET_POINT_LAYOUT "b21a106df5658d60"
+#define SUREFOOT_SET_POINT_TYPE_NAME "surefoot.SetPoint.v2"
+#define SUREFOOT_SET_POINT_LAYOUT "b815c1ed6d8a3ebb"
 /* What the joints are to do at an instant. While no chunk follows in time the robot brakes along
    its path as the last chunk says, and stands: the same point at zero velocity is published at
    every tick, with FLAG_STARVED. */
@@ -822,19 +831,19 @@ typedef struct {
     uint64_t sequence;
     /* Number of this sampler's tick, from 1; a gap shows a missed message. */
     uint64_t tick;
-    /* FLAG_STARVED, FLAG_FINISHED, FLAG_MISSED. */
+    /* FLAG_STARVED, FLAG_FINISHED, FLAG_MISSED, FLAG_LOADS. */
     uint32_t flags;
     /* A SupportMode as its wire value. */
     uint32_t mode;
     /* Seconds of the plan a second, 0 to 1. */
     double rate;
     /* The robot. Its time is that of the plan; velocities and accelerations are those at rate.
-       The torque is the plan's, 0 where the plan states none. */
+       The torque is the plan's, 0 where neither the plan nor FLAG_LOADS states one. */
     surefoot_Waypoint waypoint;
     /* Left and right foot; the other entries are zero. */
     surefoot_FootSchedule feet[SUREFOOT_CONTACTS_MAX];
 } surefoot_SetPoint;
-static_assert(sizeof(surefoot_SetPoint) == 2088, "size");
+static_assert(sizeof(surefoot_SetPoint) == 2280, "size");
 static_assert(offsetof(surefoot_SetPoint, schema) == 0, "offset");
 static_assert(offsetof(surefoot_SetPoint, sampler_id) == 8, "offset");
 static_assert(offsetof(surefoot_SetPoint, session) == 16, "offset");

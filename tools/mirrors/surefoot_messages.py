@@ -347,22 +347,24 @@ class Description(ctypes.Structure):
 
 
 class FootSchedule(ctypes.Structure):
-    LAYOUT = "3cab057ac4f6cbd2"
+    LAYOUT = "eb1ab48e8215cef9"
     _fields_ = [
         ("in_contact", ctypes.c_uint64),
         ("changes_at", ctypes.c_double),
         ("has_pose", ctypes.c_uint64),
         ("position", ctypes.c_double * 3),
         ("rotation", ctypes.c_double * 4),
+        ("force", ctypes.c_double * 3),
+        ("moment", ctypes.c_double * 3),
     ]
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.FootSchedule.v1"
+        return "surefoot.FootSchedule.v2"
 
 
 class SetPoint(ctypes.Structure):
-    LAYOUT = "b21a106df5658d60"
+    LAYOUT = "b815c1ed6d8a3ebb"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("sampler_id", ctypes.c_uint64),
@@ -380,7 +382,7 @@ class SetPoint(ctypes.Structure):
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.SetPoint.v1"
+        return "surefoot.SetPoint.v2"
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ use crate::pipeline::endpoints::foothold_near;
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::SegmentState;
 use crate::pipeline::stage::Event;
-use crate::possibility::MidFeetPose;
+use crate::possibility::{IdealWidth, MidFeetPose};
 use crate::preparation::planning_context::PlanningContext;
 
 /// Greatest horizontal distance of a near goal, m.
@@ -205,7 +205,8 @@ fn widths_at(
     turn: f64,
 ) -> heapless::Vec<f64, 3> {
     let route = search.route.route();
-    let [left, right] = [0, 1].map(|limb| route.world_from_ideal_sole(vertex, limb, 1.0));
+    let ideal = |limb| route.world_from_ideal_sole(vertex, limb, IdealWidth::Walking);
+    let [left, right] = [0, 1].map(ideal);
     let route_width = left.translation.distance(right.translation);
     let gait_width = context.preparation.gait().width;
     let is_turn = turn.abs() >= WIDE.0;

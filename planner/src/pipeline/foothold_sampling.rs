@@ -17,7 +17,7 @@ use crate::foot_placement::foothold_query::FootholdQuery;
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::motion::ids::TransitionId;
 use crate::motion::mode_graph::ModeGraph;
-use crate::possibility::GuideRoute;
+use crate::possibility::{GuideRoute, IdealWidth};
 use crate::preparation::planning_context::PlanningContext;
 use crate::preparation::step_limits::StepLimits;
 use crate::primitives::level_sole::side_of;
@@ -31,11 +31,13 @@ const GROUND_Z: [f64; 2] = [-0.6, 0.6];
 const SWEEP_FOOTHOLDS_MAX: usize = 6;
 /// Footholds kept of one query with a random ideal.
 const RANDOM_FOOTHOLDS_MAX: usize = 3;
-/// Stances of the first sweeps: stance width factor, and toe-out angle, rad. Wide legs need a wider
-/// stance. On steep stairs, turned-out feet keep the knee clear of the next riser.
-const STANCES: [(f64, f64); 2] = [(1.0, 0.0), (1.5, 0.5)];
+/// Stances of the first sweeps: stance width, and toe-out angle, rad. Narrow feet that turn inward
+/// collide, and wide legs need a wider stance. On steep stairs, turned-out feet keep the knee clear
+/// of the next riser.
+const STANCES: [(IdealWidth, f64); 3] =
+    [(IdealWidth::Walking, 0.0), (IdealWidth::OfEnds(1.0), 0.0), (IdealWidth::OfEnds(1.5), 0.5)];
 /// Index of the stance with toe-out.
-const TOE_OUT: usize = 1;
+const TOE_OUT: usize = 2;
 /// Rise or fall between two vertices that counts as steep, relative to the reach of a leg.
 const STEEP_MIN: f64 = 0.15;
 /// Greatest turn (rad) between two vertices that counts as straight: on a bend the feet are turned
@@ -135,11 +137,11 @@ impl<'a> FootholdSampler<'a> {
     ) -> Result<(), ArenaFull> {
         let (vertex, limb) = place;
         let name = ((vertex * 2 + limb) as u64, name);
-        let Some(&(width_factor, toe_out)) = STANCES.get(sweep) else {
-            let ideal = route.world_from_ideal_sole(vertex, limb, 1.0);
+        let Some(&(width, toe_out)) = STANCES.get(sweep) else {
+            let ideal = route.world_from_ideal_sole(vertex, limb, IdealWidth::OfEnds(1.0));
             return self.sample_near(&ideal, limb, name, graph, scratch);
         };
-        let straight = route.world_from_ideal_sole(vertex, limb, width_factor);
+        let straight = route.world_from_ideal_sole(vertex, limb, width);
         let toe_out = toe_out.min(0.5 * self.steps.turn_max());
         let turn = rotation_about(DVec3::Z, side_of(limb) * toe_out);
         let ideal = Pose::from_parts(straight.translation, straight.rotation * turn);

@@ -5,7 +5,7 @@ use std::num::NonZeroUsize;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::config::scenario::{Scenario, StancePose};
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, RestState};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
@@ -193,7 +193,7 @@ impl<'a> PlannerBuilder<'a> {
         let stages = Stages {
             route: RouteStage::new(
                 UpperBody::new(self.model, &context.constraints.robot),
-                as_walked(endpoints.stances()[0], &context.preparation).stance_width,
+                endpoints.stances()[0].stance_width,
             ),
             endpoints,
             relaxation: RelaxationStage::new(),
@@ -251,11 +251,11 @@ impl<'a> PlannerBuilder<'a> {
         let vertices_max = config.tree_vertices_max as usize;
         let transitions_max = config.configurations_max as usize;
         let bounds = context.constraints.collision.world_bounds();
-        let ends = [&self.scenario.start, &self.scenario.goal]
-            .map(|stance| as_walked(stance, &context.preparation));
+        let ends = [&self.scenario.start, &self.scenario.goal];
+        let walking_width = context.preparation.step_limits().walking_width();
         let route = || {
             let spacing = config.route_vertex_spacing;
-            RouteSearch::new(ends.each_ref(), spacing, vertices_max, &bounds, placement)
+            RouteSearch::new(ends, walking_width, spacing, vertices_max, &bounds, placement)
         };
         Search {
             roadmap: Roadmap::new(config, context.preparation.step_limits().reach()),
@@ -361,17 +361,10 @@ impl<'a> PlannerBuilder<'a> {
 /// Begins in a state that the robot is in.
 fn start_in(planner: &mut Planner, rest_state: RestState) {
     if let Some(start) = planner.stages.endpoints.start_in(rest_state) {
-        let start = as_walked(&start, &planner.context.preparation);
         planner.search.route.set_start(&start);
         planner.search.guide.live.searches_mut().for_each(|route| route.set_start(&start));
         planner.stages.route.set_stance_width(start.stance_width);
     }
-}
-
-/// A stance at an end of the way, its feet as near to each other as in a walk.
-fn as_walked(stance: &StancePose, preparation: &Preparation) -> StancePose {
-    let stance_width = stance.stance_width.min(preparation.step_limits().walking_width());
-    StancePose { stance_width, ..*stance }
 }
 
 /// Limits of foot placement for this robot's soles and the world's friction.

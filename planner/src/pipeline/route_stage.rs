@@ -24,7 +24,7 @@ const WORK_BEFORE_RELAXATION: u64 = 1_500;
 pub(crate) struct RouteStage {
     /// The robot above its legs.
     upper_body: UpperBody,
-    /// Distance between the feet, m.
+    /// Distance between the feet at the ends, m.
     stance_width: f64,
     /// Whether a route is found and its crouch profile is being chosen.
     is_crouching: bool,
@@ -39,7 +39,7 @@ pub(crate) struct RouteStage {
 }
 
 impl RouteStage {
-    /// For a robot whose feet are `stance_width` (m) apart.
+    /// For a robot whose feet are `stance_width` (m) apart at the ends.
     pub fn new(upper_body: UpperBody, stance_width: f64) -> Self {
         Self {
             upper_body,
@@ -52,7 +52,7 @@ impl RouteStage {
         }
     }
 
-    /// Sets the distance between the feet, m.
+    /// Sets the distance between the feet at the ends, m.
     pub fn set_stance_width(&mut self, stance_width: f64) {
         self.stance_width = stance_width;
     }
@@ -140,7 +140,7 @@ impl RouteStage {
         budget: u64,
     ) -> Event {
         let budget = search.guide.live.owed().min(budget);
-        let stage_context = self.context(context);
+        let stage_context = self.context(context, self.stance_width);
         let advance = |route: &mut RouteSearch| route.advance(&stage_context, budget);
         search.stats.work += search.guide.live.grow(advance);
         if search.guide.live.owed() > 0 { Event::Continue } else { Event::Done }
@@ -158,7 +158,11 @@ impl RouteStage {
         let poses = poses_between(start, goal).filter(|_| may_step);
         let Some(poses) = poses else { return false };
         search.stats.work += 1;
-        let fit = self.context(context).fit_between(&start, &goal, RouteCondition::UpperBody);
+        let fit = self.context(context, self.stance_width).fit_between(
+            &start,
+            &goal,
+            RouteCondition::UpperBody,
+        );
         if fit != Some(UpperBodyFit::Upright) {
             return false;
         }
@@ -168,22 +172,29 @@ impl RouteStage {
         true
     }
 
-    /// What stage P reads.
-    fn context<'a>(&'a self, context: &'a PlanningContext) -> StageContext<'a> {
+    /// What stage P reads, for feet that are `stance_width` (m) apart.
+    fn context<'a>(&'a self, context: &'a PlanningContext, stance_width: f64) -> StageContext<'a> {
         StageContext {
             constraints: &context.constraints,
             surfaces: &context.surfaces,
             upper_body: &self.upper_body,
             preparation: &context.preparation,
             seed: context.seed,
-            stance_width: self.stance_width,
+            stance_width,
             threads: &context.threads,
         }
     }
 
-    /// Grows the trees by at most `budget` units of work.
+    /// Grows the trees by at most `budget` units of work. The steps along the first route are as
+    /// narrow as the robot walks; where no walk is found on it, others have wider ones.
     fn grow(&mut self, context: &PlanningContext, search: &mut Search, budget: u64) -> Progress {
-        let (progress, spent) = search.route.advance(&self.context(context), budget);
+        let mut stance_width = self.stance_width;
+        if search.stats.routes == 0 {
+            stance_width = stance_width.min(context.preparation.step_limits().walking_width());
+        } else {
+            search.route.widen_stances();
+        }
+        let (progress, spent) = search.route.advance(&self.context(context, stance_width), budget);
         self.work_before_relaxation = self.work_before_relaxation.saturating_sub(spent);
         search.stats.work += spent;
         search.stats.tree_edges = search.route.labelled();

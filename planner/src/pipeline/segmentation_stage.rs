@@ -12,7 +12,7 @@ use crate::pipeline::endpoints::{foothold_at, stand};
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
-use crate::possibility::RouteSearch;
+use crate::possibility::{IdealWidth, RouteSearch};
 use crate::preparation::planning_context::PlanningContext;
 
 /// Vertices of a segment; more where the robot cannot stand there.
@@ -91,7 +91,7 @@ fn boundary_at(
 fn soles_on_even_ground(search: &RouteSearch, vertex: usize) -> Option<[Pose; 2]> {
     let route = search.route();
     let near_ideal = |vertex: usize, limb: usize| {
-        let ideal = route.world_from_ideal_sole(vertex, limb, 1.0);
+        let ideal = route.world_from_ideal_sole(vertex, limb, IdealWidth::Walking);
         let is_near = |placed: &&FootPlacement| {
             placed.limb == limb
                 && placed.world_from_sole.translation.distance(ideal.translation) < OFFSET_MAX

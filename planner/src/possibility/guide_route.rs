@@ -13,6 +13,15 @@ use crate::possibility::tree::Vertex;
 use crate::possibility::tuning::ALIGNED_DISTANCE;
 use crate::possibility::vertex_sampling::BACKWARD;
 
+/// How far the ideal soles at a vertex are apart.
+#[derive(Debug, Clone, Copy)]
+pub enum IdealWidth {
+    /// As narrow as the robot walks, on routes for which that holds.
+    Walking,
+    /// A multiple of the stance width at start and goal.
+    OfEnds(f64),
+}
+
 /// Vertices from start to goal, both included. The route search keeps their placements.
 #[derive(Debug)]
 pub struct GuideRoute {
@@ -21,17 +30,24 @@ pub struct GuideRoute {
     pub(crate) labels: Vec<Label>,
     /// Stance widths at start and goal, m.
     stance_width: [f64; 2],
+    /// Largest stance width between them, m.
+    walking_width: f64,
     /// Memory in which a changed route is assembled.
     spare: Vec<Vertex>,
 }
 
 impl GuideRoute {
     /// An empty route with capacity for two trees of `vertices_max` vertices. Allocates.
-    pub(crate) fn new(start: &StancePose, goal: &StancePose, vertices_max: usize) -> Self {
+    pub(crate) fn new(
+        [start, goal]: [&StancePose; 2],
+        walking_width: f64,
+        vertices_max: usize,
+    ) -> Self {
         Self {
             vertices: reserve(2 * vertices_max),
             labels: reserve(2 * vertices_max),
             stance_width: [start.stance_width, goal.stance_width],
+            walking_width,
             spare: reserve(2 * vertices_max),
         }
     }
@@ -39,6 +55,11 @@ impl GuideRoute {
     /// Sets the stance width of another start stance.
     pub(crate) fn set_start(&mut self, start: &StancePose) {
         self.stance_width[0] = start.stance_width;
+    }
+
+    /// Lets stances be as wide between the ends as there.
+    pub(crate) fn widen_stances(&mut self) {
+        self.walking_width = f64::INFINITY;
     }
 
     /// Removes all vertices.
@@ -148,11 +169,16 @@ impl GuideRoute {
         (1..self.vertex_count()).fold(0, nearer)
     }
 
-    /// Ideal sole pose at a vertex: beside the route, with its heading. The stance width is
-    /// interpolated between start and goal and multiplied by `width_factor`.
-    pub fn world_from_ideal_sole(&self, index: usize, limb: usize, width_factor: f64) -> Pose {
+    /// Ideal sole pose at a vertex: beside the route, with its heading. The stance width of the
+    /// ends is interpolated between start and goal.
+    pub fn world_from_ideal_sole(&self, index: usize, limb: usize, width: IdealWidth) -> Pose {
         let fraction = index as f64 / (self.vertex_count() - 1).max(1) as f64;
         let [from, to] = self.stance_width;
-        self.pose(index).world_from_ideal_sole(limb, width_factor * (from + fraction * (to - from)))
+        let of_ends = from + fraction * (to - from);
+        let stance_width = match width {
+            IdealWidth::Walking => of_ends.min(self.walking_width),
+            IdealWidth::OfEnds(factor) => factor * of_ends,
+        };
+        self.pose(index).world_from_ideal_sole(limb, stance_width)
     }
 }

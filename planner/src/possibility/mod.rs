@@ -27,7 +27,7 @@ pub(crate) mod vertex_sampling;
 pub use crouch_profile::{CrouchContext, CrouchProfile};
 pub use edge_labels::Label;
 pub use forest::LabelStats;
-pub use guide_route::GuideRoute;
+pub use guide_route::{GuideRoute, IdealWidth};
 pub use mid_feet_pose::MidFeetPose;
 pub use route_condition::RouteCondition;
 pub use route_run::Progress;

@@ -53,10 +53,12 @@ pub struct RouteSearch {
 }
 
 impl RouteSearch {
-    /// A search between two `ends`, start and goal, with trees of at most `vertices_max` vertices,
-    /// at most `spacing` metres apart, inside the bounds `world`, m. Allocates.
+    /// A search between two `ends`, start and goal, for feet at most `walking_width` (m) apart
+    /// between them, with trees of at most `vertices_max` vertices, at most `spacing` metres
+    /// apart, inside the bounds `world`, m. Allocates.
     pub fn new(
         ends: [&StancePose; 2],
+        walking_width: f64,
         spacing: f64,
         vertices_max: usize,
         world: &Aabb,
@@ -79,7 +81,7 @@ impl RouteSearch {
                 widenings: 0,
                 has_necessary: true,
             },
-            route: GuideRoute::new(ends[0], ends[1], vertices_max),
+            route: GuideRoute::new(ends, walking_width, vertices_max),
             shortcuts: RouteShortcuts::default(),
             detour: Detour { full_route: reserve(2 * vertices_max), between: None },
             blocked: BlockedRegions::default(),
@@ -89,6 +91,11 @@ impl RouteSearch {
         };
         search.begin(search.endpoints);
         search
+    }
+
+    /// Lets stances be as wide between the ends as there.
+    pub fn widen_stances(&mut self) {
+        self.route.widen_stances();
     }
 
     /// Sets another start stance. To be called before the first advance.

@@ -7,7 +7,7 @@ use crate::base::arena::reserve;
 use crate::smooth_path::key::{Key, WeightedKeys};
 use crate::smooth_path::layout::{Layout, SearchedPlan, stance_limb};
 use crate::smooth_path::spline::{around, end_weights};
-use crate::smooth_path::swing_curve::SwingCurve;
+use crate::smooth_path::swing_curve::{RollOff, SwingCurve};
 use crate::smooth_path::tuning::STANCE_KEYS;
 use crate::smooth_path::variant::VARIANTS;
 
@@ -22,6 +22,8 @@ pub(crate) struct Curve {
     pub swings: Vec<[f64; 2]>,
     /// The variant of each stance.
     pub variants: Vec<u8>,
+    /// Distance (m) of the front of each foot's sole from its origin.
+    pub sole_fronts: [f64; 2],
 }
 
 impl Curve {
@@ -33,6 +35,7 @@ impl Curve {
             rests: reserve(keys_max),
             swings: reserve(swings_max),
             variants: reserve(swings_max),
+            sole_fronts: [0.0; 2],
         }
     }
 
@@ -69,7 +72,8 @@ impl Curve {
         let [from, to] =
             [edge.from, edge.to].map(|node| plan.roadmap.state(node).world_from_soles[limb]);
         let variant = &VARIANTS[self.variants[swing] as usize];
-        SwingCurve::new(from, to, variant.lift, variant.aside)
+        let roll_off = RollOff { angle: variant.roll_off, front: self.sole_fronts[limb] };
+        SwingCurve::new(from, to, [variant.lift, variant.aside], roll_off)
     }
 
     /// The poses of both soles at a place of the curve.

@@ -12,7 +12,7 @@ use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
 use crate::smooth_path::searched_motion::SearchedPhase;
 use crate::smooth_path::spline::{around, end_weights};
-use crate::smooth_path::tuning::{FOLLOWED_KEYS_MAX, FOLLOWED_KEYS_MIN};
+use crate::smooth_path::tuning::{FOLLOWED_KEYS_MAX, FOLLOWED_KEYS_MIN, REFINEMENTS_MAX};
 
 /// A configuration of the searched motion, as a key of the spline.
 #[derive(Debug, Clone, Copy)]
@@ -41,20 +41,25 @@ pub(crate) struct FollowedMotion {
 impl FollowedMotion {
     /// Reserves memory.
     pub fn new() -> Self {
-        Self { keys: reserve(FOLLOWED_KEYS_MAX + 1), state: KinematicState::default() }
+        Self {
+            keys: reserve((FOLLOWED_KEYS_MAX << REFINEMENTS_MAX) + 1),
+            state: KinematicState::default(),
+        }
     }
 
-    /// Takes the motion of a phase, at even places between its waypoints. The soles of feet that
-    /// stand keep the poses in `stance`.
+    /// Takes the motion of a phase, at even places between its waypoints. The distance of two keys
+    /// is halved as often as `refinements`: the spline comes nearer to the motion. The soles of
+    /// feet that stand keep the poses in `stance`.
     pub fn begin(
         &mut self,
         robot: &Mechanism,
         searched: &SearchedPhase<'_>,
         stance: [Option<Pose>; 2],
+        refinements: u8,
     ) {
         self.keys.clear();
         let waypoints = searched.len();
-        let count = waypoints.clamp(FOLLOWED_KEYS_MIN, FOLLOWED_KEYS_MAX);
+        let count = waypoints.clamp(FOLLOWED_KEYS_MIN, FOLLOWED_KEYS_MAX) << refinements;
         for index in 0..=count {
             let at = (index * waypoints) as f64 / count as f64;
             let before = (libm::floor(at) as usize).min(waypoints.saturating_sub(1));

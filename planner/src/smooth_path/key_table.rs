@@ -52,6 +52,10 @@ impl KeySource<'_> {
     /// Makes the curve of a plan, whose stances have their first variant.
     pub fn begin(&self, curve: &mut Curve) {
         let (swings, keys) = (self.layout.swings_len(), self.layout.keys_len());
+        curve.sole_fronts = [0, 1].map(|limb| {
+            let corners = self.constraints.robot.soles[limb].polygon.iter();
+            corners.map(|corner| corner.x).fold(0.0, f64::max)
+        });
         curve.variants.clear();
         curve.variants.resize(swings, 0);
         curve.swings.clear();

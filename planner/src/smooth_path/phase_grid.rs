@@ -4,8 +4,12 @@ use crate::smooth_path::curve::Curve;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::layout::swing_of;
 use crate::smooth_path::tuning::{
-    FOLLOWED_DENSITY, INTERVALS_MAX, INTERVALS_MIN, KEY_SECONDS, POINT_STEP, SWING_POINT_STEP,
+    FOLLOWED_DENSITY, INTERVALS_MAX, INTERVALS_MIN, KEY_SECONDS, POINT_STEP, REFINEMENTS_MAX,
+    SWING_POINT_STEP,
 };
+
+/// Most intervals of a phase that is not refined.
+const INTERVALS_COARSE_MAX: usize = INTERVALS_MAX >> REFINEMENTS_MAX;
 
 /// Number of configurations beyond each end of a phase.
 pub(crate) const BEYOND: usize = 2;
@@ -24,8 +28,14 @@ pub(crate) struct PhaseGrid {
 }
 
 impl PhaseGrid {
-    /// The grid of a phase; `None` where it has no length.
-    pub fn new(source: &KeySource<'_>, curve: &Curve, phase: usize) -> Option<Self> {
+    /// The grid of a phase, whose intervals are halved as often as `refinements`; `None` where it
+    /// has no length.
+    pub fn new(
+        source: &KeySource<'_>,
+        curve: &Curve,
+        phase: usize,
+        refinements: u8,
+    ) -> Option<Self> {
         let [first, last] = source.layout.end_keys(phase);
         let (begin, end, way) = if let Some(swing) = swing_of(phase) {
             let [begin, end] = curve.swings[swing];
@@ -40,7 +50,8 @@ impl PhaseGrid {
             return None;
         }
         let wanted = ((end - begin) / POINT_STEP).max(way / SWING_POINT_STEP);
-        let intervals = (libm::ceil(wanted) as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
+        let intervals = (libm::ceil(wanted) as usize).clamp(INTERVALS_MIN, INTERVALS_COARSE_MAX);
+        let intervals = intervals << refinements;
         Some(Self { phase, begin, step: (end - begin) / intervals as f64, intervals })
     }
 

@@ -18,7 +18,7 @@ use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
 use crate::smooth_path::phase_points::PhasePoints;
 use crate::smooth_path::searched_motion::{self, SearchedPhase};
 use crate::smooth_path::track::Track;
-use crate::smooth_path::tuning::{JOIN_DIFFERENCE_MAX, KEY_SECONDS};
+use crate::smooth_path::tuning::{JOIN_DIFFERENCE_MAX, KEY_SECONDS, REFINEMENTS_MAX};
 use crate::smooth_path::variant::VARIANTS;
 use crate::timing::path_point::{PathPoint, PathSpan};
 
@@ -79,6 +79,8 @@ pub struct Smoother {
     layout: Layout,
     curve: Curve,
     states: Vec<PhaseState>,
+    /// How often the intervals of each phase are halved.
+    refinements: Vec<u8>,
     task: Task,
     check: PhaseCheck,
     followed: FollowedMotion,
@@ -94,6 +96,7 @@ impl Smoother {
             layout: Layout::new(edges_max),
             curve: Curve::new(edges_max),
             states: reserve(2 * edges_max + 1),
+            refinements: reserve(2 * edges_max + 1),
             task: Task::Over,
             check: PhaseCheck::new(),
             followed: FollowedMotion::new(),
@@ -129,6 +132,7 @@ impl Smoother {
             + self.points.capacity() * size_of::<PathPoint>()
             + self.spans.capacity() * size_of::<PathSpan>()
             + self.states.capacity()
+            + self.refinements.capacity()
     }
 
     /// Begins with a plan.
@@ -137,6 +141,8 @@ impl Smoother {
         source(inputs, &self.layout).begin(&mut self.curve);
         self.states.clear();
         self.states.resize(self.layout.phases_len(), PhaseState::Open);
+        self.refinements.clear();
+        self.refinements.resize(self.layout.phases_len(), 0);
         for phase in 0..self.states.len() {
             if self.layout.edges(phase).is_empty() {
                 self.states[phase] = PhaseState::Searched;
@@ -221,14 +227,15 @@ impl Smoother {
 
     /// The grid of a phase; `None` where it has no length.
     fn grid(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) -> Option<PhaseGrid> {
+        let refinements = self.refinements[phase];
         if matches!(self.states[phase], PhaseState::Open | PhaseState::Smooth) {
-            return PhaseGrid::new(&source(inputs, &self.layout), &self.curve, phase);
+            return PhaseGrid::new(&source(inputs, &self.layout), &self.curve, phase, refinements);
         }
         let edges = self.layout.edges(phase);
         let mode = inputs.plan.roadmap.mode(inputs.plan.edge(edges.start));
         let stance = [0, 1].map(|limb| mode.is_stance(limb).then_some(mode.world_from_soles[limb]));
         let searched = SearchedPhase { plan: inputs.plan, edges };
-        self.followed.begin(&inputs.constraints.robot, &searched, stance);
+        self.followed.begin(&inputs.constraints.robot, &searched, stance, refinements);
         (self.followed.end() > 0).then(|| PhaseGrid::followed(phase, self.followed.end()))
     }
 
@@ -243,6 +250,19 @@ impl Smoother {
             PhaseState::Open => self.perturb(inputs, phase),
             _ => self.states[phase] = PhaseState::Searched,
         }
+    }
+
+    /// Halves the intervals of a phase where that may help: legs that are nearly straight bend so
+    /// much between two points that stance soles drift, and a spline with more keys is nearer to
+    /// the searched motion. Returns whether it did.
+    fn refine(&mut self, phase: usize, rejection: Rejection) -> bool {
+        let helps = match self.states[phase] {
+            PhaseState::Open => rejection == Rejection::FootDrift,
+            _ => true,
+        };
+        let does = helps && self.refinements[phase] < REFINEMENTS_MAX;
+        self.refinements[phase] += u8::from(does);
+        does
     }
 
     /// Checks the next configuration of a phase.
@@ -262,7 +282,9 @@ impl Smoother {
                 None
             }
             Err(rejection) => {
-                self.reject(inputs, phase);
+                if !self.refine(phase, rejection) {
+                    self.reject(inputs, phase);
+                }
                 self.task = Task::Choose;
                 Some(rejection)
             }
@@ -294,6 +316,7 @@ impl Smoother {
     /// Leaves a phase to the searched motion: the robot rests at both ends.
     fn keep_searched(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
         self.states[phase] = PhaseState::OpenFollowed;
+        self.refinements[phase] = 0;
         for key in self.layout.end_keys(phase) {
             self.curve.rests[key] = true;
         }

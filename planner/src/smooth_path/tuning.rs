@@ -38,7 +38,9 @@ pub(crate) const SWING_POINT_STEP: f64 = 0.025;
 /// Fewest intervals of a phase.
 pub(crate) const INTERVALS_MIN: usize = 12;
 /// Most intervals of a phase.
-pub(crate) const INTERVALS_MAX: usize = 96;
+pub(crate) const INTERVALS_MAX: usize = 96 << REFINEMENTS_MAX;
+/// Times that the intervals of a phase are halved, at most.
+pub(crate) const REFINEMENTS_MAX: u8 = 2;
 /// Largest motion of a joint between two points, rad or m.
 pub(crate) const JOINT_STEP_MAX: f64 = 0.3;
 /// Parts into which the curve between two points is divided to check it.
@@ -48,7 +50,7 @@ pub(crate) const CURVE_PARTS: usize = 4;
 
 /// Fewest intervals between keys of a spline along a searched motion.
 pub(crate) const FOLLOWED_KEYS_MIN: usize = 4;
-/// Most intervals between keys of a spline along a searched motion.
+/// Most intervals between keys of a spline along a searched motion that is not refined.
 pub(crate) const FOLLOWED_KEYS_MAX: usize = 48;
 /// Intervals between points for each interval between keys of a followed motion.
 pub(crate) const FOLLOWED_DENSITY: usize = 2;

@@ -13,9 +13,10 @@ use crate::timing::zero_moment::ContactGround;
 
 /// Rounding of shares of limits.
 const SHARE_TOLERANCE: f64 = 1e-9;
-/// Change of the root's acceleration between two waypoints up to which the middle between them is
-/// checked alone, m/s2.
-const STEADY_MAX: f64 = 0.5;
+/// Changes of the root's acceleration (m/s2), of its angular acceleration (rad/s2) and of a joint's
+/// acceleration (rad/s2 or m/s2) between two waypoints up to which the middle between them is
+/// checked alone.
+const STEADY_MAX: [f64; 3] = [0.5, 0.5, 5.0];
 /// The parts into which the curve between other waypoints is divided.
 const PARTS_WHERE_UNSTEADY: usize = 8;
 
@@ -93,16 +94,14 @@ impl ProfileCheck<'_> {
         is_within
     }
 
-    /// Checks instants between two waypoints: the middle, and more where the acceleration changes
+    /// Checks instants between two waypoints: the middle, and more where an acceleration changes
     /// much.
     fn curve_is_within(
         &mut self,
         on: (usize, &ContactGround),
         [here, next]: [&Waypoint; 2],
     ) -> bool {
-        let [from, to] =
-            [here, next].map(|waypoint| DVec3::from_slice(&waypoint.root_acceleration));
-        let parts = if from.distance(to) > STEADY_MAX { PARTS_WHERE_UNSTEADY } else { 2 };
+        let parts = if is_steady(here, next) { 2 } else { PARTS_WHERE_UNSTEADY };
         let mut is_within = true;
         for part in 1..parts {
             let time = here.time + (next.time - here.time) * part as f64 / parts as f64;
@@ -142,4 +141,16 @@ impl ProfileCheck<'_> {
             return false;
         }
     }
+}
+
+/// Whether no acceleration changes much between two waypoints.
+fn is_steady(here: &Waypoint, next: &Waypoint) -> bool {
+    let [[from, turn_from], [to, turn_to]] = [here, next].map(|waypoint| {
+        let (linear, angular) = waypoint.root_acceleration.split_at(3);
+        [linear, angular].map(DVec3::from_slice)
+    });
+    let joints = here.joint_acceleration.iter().zip(&next.joint_acceleration);
+    let joint = joints.map(|(from, to)| (from - to).abs()).fold(0.0, f64::max);
+    let changes = [from.distance(to), turn_from.distance(turn_to), joint];
+    changes.iter().zip(STEADY_MAX).all(|(change, most)| *change <= most)
 }

@@ -8,6 +8,7 @@ use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limits::{Level, TimingLimits};
@@ -15,7 +16,7 @@ use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::Support;
+use crate::timing::support::{Support, supported_part};
 use crate::timing::tuning::{
     COP_MARGIN_BETWEEN, COP_MARGIN_EXTRA, LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX,
     TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
@@ -30,6 +31,8 @@ pub struct TimedRobot {
     chains: Chains,
     /// Node of each foot, and its sole in that node's frame.
     soles: [(usize, Pose); 2],
+    /// Area of each sole, m2.
+    sole_areas: [f64; 2],
     joints_len: usize,
     mass: f64,
 }
@@ -57,6 +60,7 @@ impl TimedRobot {
         Self {
             chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
             soles: feet.map(sole),
+            sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
             limits,
@@ -107,7 +111,11 @@ impl TimedRobot {
 
     /// The ground under the contacts of a span.
     pub(super) fn contact_ground(&self, span: &PathSpan) -> ContactGround {
-        ContactGround::new(&span.contacts, self.limits.zero_moment_margin)
+        let is_partial = span.contacts.iter().any(|contact| {
+            let (area, _) = area_and_centroid(&supported_part(contact));
+            area < WHOLE_SOLE_SHARE * self.sole_areas[contact.limb as usize]
+        });
+        ContactGround::new(&span.contacts, self.limits.zero_moment_margin, is_partial)
     }
 
     fn problem<'a>(
@@ -257,6 +265,9 @@ impl TimedRobot {
         }
     }
 }
+
+/// Share of a sole's area from which all of it counts as supported.
+const WHOLE_SOLE_SHARE: f64 = 0.98;
 
 /// Smallest ratio of a stance sole's speed to its limit that bounds the rates.
 const SLIP_MIN: f64 = 1e-6;

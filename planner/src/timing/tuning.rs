@@ -9,11 +9,13 @@ pub(crate) const COP_WIDTH_SHARE: f64 = 0.12;
 pub(crate) const RELAXED_COP_MARGIN: f64 = 0.004;
 /// The part of the efforts that the controller allows on which a motion relies.
 pub(crate) const CHECKED_EFFORT_PART: f64 = 0.998;
-/// Distance (m) beyond the controller's margin by which the zero-moment point stays inside. The
-/// controller's support may be smaller than the planner's.
+/// Distance (m) beyond the controller's margin by which the zero-moment point stays inside.
 pub(crate) const ZERO_MOMENT_RESERVE: f64 = 4e-3;
+/// The same where the world supports a part of a sole only: the controller measures that part by
+/// other means, and found sides up to 6 mm further inside.
+pub(crate) const ZERO_MOMENT_PARTIAL_RESERVE: f64 = 8e-3;
 /// The most of it as a share of the distance of the region's centroid to its edge.
-pub(crate) const ZERO_MOMENT_DEPTH_SHARE: f64 = 0.2;
+pub(crate) const ZERO_MOMENT_DEPTH_SHARE: f64 = 0.3;
 /// The share of that distance that is kept where a configuration cannot stand otherwise.
 pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.5;
 /// Distance (m) by which a motion may move the zero-moment point of any configuration: it is so

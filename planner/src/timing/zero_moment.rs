@@ -13,7 +13,8 @@ use crate::timing::limits::Level;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::tuning::{
-    ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_RESERVE, ZERO_MOMENT_SHIFT_MIN,
+    ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_PARTIAL_RESERVE,
+    ZERO_MOMENT_RESERVE, ZERO_MOMENT_SHIFT_MIN,
 };
 
 /// The ground under the contacts of a span, and how far inside the zero-moment point stays.
@@ -35,11 +36,13 @@ pub(crate) struct ZeroMomentRegion<'a> {
 }
 
 impl ContactGround {
-    /// The ground under these contacts. `checked` is the margin (m) that the controller demands.
-    pub fn new(contacts: &[Contact], checked: f64) -> Self {
+    /// The ground under these contacts. `checked` is the margin (m) that the controller demands,
+    /// `is_partial`: whether the world supports only a part of a sole.
+    pub fn new(contacts: &[Contact], checked: f64, is_partial: bool) -> Self {
         let ground = Ground::under(contacts);
         let depth = ground.region.margin(ground.region.centroid()).max(0.0);
-        Self { ground, checked, reserve: ZERO_MOMENT_RESERVE.min(ZERO_MOMENT_DEPTH_SHARE * depth) }
+        let wanted = if is_partial { ZERO_MOMENT_PARTIAL_RESERVE } else { ZERO_MOMENT_RESERVE };
+        Self { ground, checked, reserve: wanted.min(ZERO_MOMENT_DEPTH_SHARE * depth) }
     }
 
     /// The region of a level, `extra` (m) further inside.

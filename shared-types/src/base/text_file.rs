@@ -166,10 +166,17 @@ pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
 pub(crate) fn check_numbers(name: &str, numbers: &[f64]) -> Result<(), String> {
     match numbers.iter().find(|number| number.is_nan() || number.abs() > NUMBER_MAX) {
         Some(number) => Err(format!(
-            "{name} holds {number}; every number must be finite and at most {NUMBER_MAX:e} in magnitude"
+            "{name} holds {}; every number must be finite and at most {NUMBER_MAX:e} in magnitude",
+            short(*number)
         )),
         None => Ok(()),
     }
+}
+
+/// A number with few digits, however large it is.
+fn short(number: f64) -> String {
+    let is_long = number.is_finite() && number.abs() > 1e3 * NUMBER_MAX;
+    if is_long { format!("{number:e}") } else { number.to_string() }
 }
 
 /// An error unless all numbers are positive, finite and at most [`NUMBER_MAX`].

@@ -30,8 +30,15 @@ const BEGINNINGS: &[(&[u8], &str)] = &[
     (b"PXR-USDC", "a USD"),
     (b"#usda", "a USD"),
     (b"PK\x03\x04", "a ZIP"),
+    (b"\x1f\x8b", "a gzip"),
+    (b"BZh", "a bzip2"),
+    (b"\xfd7zXZ\0", "an xz"),
+    (b"\x28\xb5\x2f\xfd", "a zstd"),
+    (b"7z\xbc\xaf", "a 7z"),
     (b"MM\0", "a 3DS"),
     (b"solid", "an STL"),
+    (b"v ", "an OBJ"),
+    (b"mtllib ", "an OBJ"),
 ];
 /// The endings of other formats, in small letters.
 const ENDINGS: &[(&str, &str)] = &[
@@ -73,6 +80,7 @@ pub(crate) fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, String> {
         _ => match foreign(path, bytes) {
             Some(name) => Err(name),
             None if is_xml(bytes) => Ok(Format::Collada),
+            None if ending.is_empty() => Err(format!("has no ending, and {UNKNOWN_FORMAT}")),
             None => Err(format!("ends in '.{ending}', which {UNKNOWN_FORMAT}")),
         },
     }
@@ -83,8 +91,19 @@ pub(crate) fn foreign(path: &Path, bytes: &[u8]) -> Option<String> {
     let begun = BEGINNINGS.iter().find(|(beginning, _)| bytes.starts_with(beginning));
     let ending = ending(path);
     let ended = || ENDINGS.iter().find(|(known, _)| *known == ending).map(|(_, name)| *name);
-    let name = begun.map(|(_, name)| *name).or_else(ended)?;
+    let name = match (begun.map(|(_, name)| *name), ended()) {
+        // Several formats are archives of their own.
+        (Some("a ZIP"), Some(name)) => name,
+        (begun, ended) => begun.or(ended)?,
+    };
+    if name == "an OBJ" && ending == "obj" {
+        return None;
+    }
     Some(match name {
+        "a ZIP" | "a gzip" | "a bzip2" | "an xz" | "a zstd" | "a 7z" => {
+            format!("is {name} archive; unpack it")
+        }
+        "an OBJ" => format!("is {name} file by its content; name it .obj"),
         "a Git LFS pointer" => format!("is {name}, not the mesh itself; fetch it (git lfs pull)"),
         "an STL" => format!("is {name} file by its content; name it .stl"),
         _ => format!("is {name} file, which {UNKNOWN_FORMAT}"),

@@ -8,18 +8,21 @@ use crate::message::chunk::{SupportMode, Waypoint, is_rotation};
 use crate::message::layout::layout;
 
 /// The layout version in [`SetPoint::schema`].
-pub const SET_POINT_SCHEMA: u64 = 1;
+pub const SET_POINT_SCHEMA: u64 = 2;
 /// Flag: no chunk follows in time. The robot brakes, or stands where it has braked.
 pub const FLAG_STARVED: u32 = 1;
 /// Flag: the robot stands at the end of its plan.
 pub const FLAG_FINISHED: u32 = 2;
 /// Flag: the sampler has missed chunks. The robot brakes and stands until a plan begins there.
 pub const FLAG_MISSED: u32 = 4;
+/// Flag: the contact wrenches are stated, and torques where the plan states none. Without it the
+/// wrenches are 0.
+pub const FLAG_LOADS: u32 = 8;
 
 /// Where a foot is, and when that changes.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.FootSchedule.v1")]
+#[type_name("surefoot.FootSchedule.v2")]
 pub struct FootSchedule {
     /// 1 while the foot carries the robot, 0 while it swings.
     pub in_contact: u64,
@@ -32,6 +35,10 @@ pub struct FootSchedule {
     pub position: [f64; 3],
     /// Rotation of the sole in the world, unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
+    /// Force of the ground on the foot in the world, N.
+    pub force: [f64; 3],
+    /// Moment of the ground on the foot about `position`, in the world, N m.
+    pub moment: [f64; 3],
 }
 
 /// What the joints are to do at an instant. While no chunk follows in time the robot brakes along
@@ -39,7 +46,7 @@ pub struct FootSchedule {
 /// every tick, with [`FLAG_STARVED`].
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.SetPoint.v1")]
+#[type_name("surefoot.SetPoint.v2")]
 pub struct SetPoint {
     /// [`SET_POINT_SCHEMA`].
     pub schema: u64,
@@ -55,20 +62,20 @@ pub struct SetPoint {
     pub sequence: u64,
     /// Number of this sampler's tick, from 1; a gap shows a missed message.
     pub tick: u64,
-    /// [`FLAG_STARVED`], [`FLAG_FINISHED`], [`FLAG_MISSED`].
+    /// [`FLAG_STARVED`], [`FLAG_FINISHED`], [`FLAG_MISSED`], [`FLAG_LOADS`].
     pub flags: u32,
     /// A [`SupportMode`] as its wire value.
     pub mode: u32,
     /// Seconds of the plan a second, 0 to 1.
     pub rate: f64,
     /// The robot. Its time is that of the plan; velocities and accelerations are those at `rate`.
-    /// The torque is the plan's, 0 where the plan states none.
+    /// The torque is the plan's, 0 where neither the plan nor [`FLAG_LOADS`] states one.
     pub waypoint: Waypoint,
     /// Left and right foot; the other entries are zero.
     pub feet: [FootSchedule; CONTACTS_MAX],
 }
 
-const _: () = assert!(size_of::<FootSchedule>() == 80);
+const _: () = assert!(size_of::<FootSchedule>() == 128);
 const _: () = assert!(
     size_of::<SetPoint>() == 72 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<FootSchedule>()
 );
@@ -79,6 +86,8 @@ layout!(FootSchedule {
     has_pose: u64,
     position: [f64; 3],
     rotation: [f64; 4],
+    force: [f64; 3],
+    moment: [f64; 3],
 } with []);
 layout!(SetPoint {
     schema: u64,
@@ -98,7 +107,8 @@ layout!(SetPoint {
 impl FootSchedule {
     /// Whether all numbers are finite, and the rotation is one if it is known.
     fn is_well_formed(&self) -> bool {
-        let numbers = self.position.into_iter().chain(self.rotation).chain([self.changes_at]);
+        let pose = self.position.into_iter().chain(self.rotation).chain([self.changes_at]);
+        let numbers = pose.chain(self.force).chain(self.moment);
         self.in_contact <= 1
             && self.has_pose <= 1
             && numbers.into_iter().all(f64::is_finite)
@@ -140,5 +150,6 @@ mod tests {
         refused(&|other| other.waypoint.root_rotation = [0.0; 4]);
         refused(&|other| other.feet[1].has_pose = 1);
         refused(&|other| other.feet[0].in_contact = 2);
+        refused(&|other| other.feet[0].force[2] = f64::NAN);
     }
 }

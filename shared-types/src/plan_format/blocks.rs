@@ -99,6 +99,12 @@ pub struct UrdfAdditions {
     /// Links whose collision shapes are those of their looks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub visual_shapes: Vec<String>,
+    /// Links whose mesh files may be missing; a shape whose file is not found is left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub missing_meshes: Vec<String>,
+    /// Ranges by joint name, rad or m, within the URDF's where it states one.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub position_limits: BTreeMap<String, [f64; 2]>,
     /// Velocity limits by joint name, rad/s or m/s, at most the URDF's where it states one.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub velocity_limits: BTreeMap<String, f64>,
@@ -116,6 +122,11 @@ impl UrdfAdditions {
     /// Whether a link's shapes are those of its looks.
     pub fn is_visual(&self, link: &str) -> bool {
         self.visual_shapes.iter().any(|name| name == link)
+    }
+
+    /// Whether a link may lack mesh files.
+    pub fn may_lack_meshes(&self, link: &str) -> bool {
+        self.missing_meshes.iter().any(|name| name == link)
     }
 }
 

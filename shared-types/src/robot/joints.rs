@@ -149,12 +149,17 @@ fn moving_joint(
             "has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file",
         ));
     };
-    let (lower, upper) = position_limits(joint, limit);
+    let (lower, upper) = position_limits(joint, limit, spec)?;
     let mut errors = Vec::new();
     let mut refuse = |message: String| {
         errors.push(limit.location.error(format!("joint '{}'", joint.name), message))
     };
-    if !(lower < upper && lower.is_finite() && upper.is_finite()) {
+    if !states_range(joint, limit) && lower == upper {
+        refuse(
+            "its <limit> states neither lower nor upper; state them, or a range under [position_limits], or lock the joint in the robot file"
+                .to_owned(),
+        );
+    } else if !(lower < upper && lower.is_finite() && upper.is_finite()) {
         refuse(format!(
             "its limits {lower}..{upper} leave no range of motion; correct them or lock it in the robot file"
         ));
@@ -230,9 +235,36 @@ fn locked_limits(joint: &UrdfJoint) -> (f64, f64) {
     range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))
 }
 
-/// Where a joint may move. One turn for a joint that turns on and on, whichever way the file says
-/// so.
-fn position_limits(joint: &UrdfJoint, limit: &Limit) -> (f64, f64) {
+/// Whether a joint's kind or its limits say where it may move.
+fn states_range(joint: &UrdfJoint, limit: &Limit) -> bool {
+    joint.joint_type == JointType::Continuous || limit.range.is_some()
+}
+
+/// Where a joint may move: as the URDF says, or within that as the robot file does.
+fn position_limits(
+    joint: &UrdfJoint,
+    limit: &Limit,
+    spec: &RobotSpec,
+) -> Result<(f64, f64), InputError> {
+    let stated = stated_limits(joint, limit);
+    let Some([lower, upper]) = spec.additions.position_limits.get(&joint.name).copied() else {
+        return Ok(stated);
+    };
+    let is_free = !states_range(joint, limit);
+    let (least, most) = if is_free { (-NUMBER_MAX, NUMBER_MAX) } else { stated };
+    if lower < upper && least <= lower && upper <= most {
+        return Ok((lower, upper));
+    }
+    let within =
+        if is_free { String::new() } else { format!(" within the URDF's {least}..{most}") };
+    let message = format!("{lower}..{upper} is no range{within}; write [lower, upper]");
+    let element = format!("[position_limits] '{}'", joint.name);
+    Err(spec.additions_location.error(element, message))
+}
+
+/// Where the URDF lets a joint move. One turn for a joint that turns on and on, whichever way the
+/// file says so.
+fn stated_limits(joint: &UrdfJoint, limit: &Limit) -> (f64, f64) {
     let range = limit.range.unwrap_or((0.0, 0.0));
     match joint.joint_type {
         JointType::Continuous => (-PI, PI),

@@ -6,8 +6,9 @@ use crate::base::input_error::InputError;
 use crate::base::text_file::{check_not_negative, check_positive};
 use crate::geometry::shape::Shape;
 use crate::mesh::store::MeshStore;
+use crate::plan_format::blocks::UrdfAdditions;
 
-use crate::robot::mesh_path::find_mesh;
+use crate::robot::mesh_path::{MeshError, find_mesh};
 use crate::robot::model::{Link, LinkShape};
 use crate::robot::tree::TreeLink;
 use crate::robot::urdf::Urdf;
@@ -20,6 +21,19 @@ pub(crate) struct ShapeChoice {
     pub(crate) exact: bool,
     /// The shapes of its looks, instead of its collision shapes.
     pub(crate) visual: bool,
+    /// Meshes whose files are not found are left out.
+    pub(crate) may_lack_meshes: bool,
+}
+
+impl ShapeChoice {
+    /// What a robot file says of a link.
+    pub(crate) fn of(additions: &UrdfAdditions, link: &str, exact: bool) -> Self {
+        Self {
+            exact,
+            visual: additions.is_visual(link),
+            may_lack_meshes: additions.may_lack_meshes(link),
+        }
+    }
 }
 
 /// Builds a link without its attachment. Shapes that cannot be read are left out, and join
@@ -35,7 +49,7 @@ pub(crate) fn build_link(
     let stated = if choice.visual { &raw.visuals } else { &raw.collisions };
     let mut shapes = Vec::with_capacity(stated.len());
     for collision in stated {
-        match shape(&collision.geometry, urdf, choice.exact, meshes) {
+        match shape(&collision.geometry, urdf, choice, meshes) {
             Ok(shape) => shapes.extend(
                 shape.map(|shape| LinkShape { link_from_shape: collision.link_from_shape, shape }),
             ),
@@ -89,11 +103,11 @@ pub(crate) fn check_moving_masses(
     }
 }
 
-/// The shape of a geometry; `None` for a mesh file without triangles.
+/// The shape of a geometry; `None` for a mesh file without triangles, or one that may be missing.
 fn shape(
     geometry: &Geometry,
     urdf: &Urdf,
-    exact: bool,
+    choice: ShapeChoice,
     meshes: &mut MeshStore,
 ) -> Result<Option<Shape>, String> {
     Ok(Some(match geometry {
@@ -114,12 +128,18 @@ fn shape(
             Shape::Capsule { radius: *radius, half_length: 0.5 * length }
         }
         Geometry::Mesh { filename, scale } => {
-            let path = find_mesh(urdf, filename)?;
+            let path = match find_mesh(urdf, filename) {
+                Ok(path) => path,
+                Err(MeshError::Missing(_)) if choice.may_lack_meshes => return Ok(None),
+                Err(MeshError::Missing(message) | MeshError::Macro(message)) => {
+                    return Err(message);
+                }
+            };
             if !meshes.has_triangles(&path)? {
                 return Ok(None);
             }
             let scale = scale.unwrap_or(DVec3::ONE);
-            if exact { meshes.surface(&path, scale)? } else { meshes.hull(&path, scale)? }
+            if choice.exact { meshes.surface(&path, scale)? } else { meshes.hull(&path, scale)? }
         }
     }))
 }

@@ -110,6 +110,7 @@ pub fn robot_from_block(
 fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let mut complaints = Vec::new();
     let urdf = read_urdf(&spec.urdf_path, &mut complaints)?;
+    let is_read_whole = complaints.is_empty();
     check_names(&urdf, "[standing]", &spec.standing, &mut complaints);
     check_names(&urdf, "[locked]", &spec.locked, &mut complaints);
     check_names(&urdf, "[effort_limits]", &spec.effort_limits, &mut complaints);
@@ -129,7 +130,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     check_root(&urdf, tree, spec, &mut complaints);
     let known = complaints.len();
     let mut links = build_links(&urdf, tree, spec, &mut meshes, &mut complaints);
-    let has_all_shapes = complaints.len() == known;
+    let has_all_shapes = is_read_whole && complaints.len() == known;
     let joints = attach_all(&urdf, tree, roles, &mut links);
     check_count(&urdf, &joints, &mut complaints);
     check_moving_masses(&urdf, tree, &links, &mut complaints);
@@ -177,8 +178,7 @@ fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes:
     let exact = |at: usize| {
         let mut complaints = Vec::new();
         let index = tree[at].urdf_link;
-        let choice =
-            ShapeChoice { exact: true, visual: robot.additions.is_visual(&urdf.links[index].name) };
+        let choice = ShapeChoice::of(&robot.additions, &urdf.links[index].name, true);
         let link = build_link(urdf, index, choice, meshes, &mut complaints);
         complaints.is_empty().then_some(link)
     };
@@ -233,8 +233,9 @@ fn check_additions(
     complaints: &mut Vec<InputError>,
 ) {
     let shapes = additions.visual_shapes.iter().map(|name| ("visual_shapes", name));
+    let missing = additions.missing_meshes.iter().map(|name| ("missing_meshes", name));
     let inertias = additions.inertias.keys().map(|name| ("[inertias]", name));
-    for (element, name) in shapes.chain(inertias) {
+    for (element, name) in shapes.chain(missing).chain(inertias) {
         match urdf.links.iter().find(|link| link.name == *name) {
             None => complaints.push(location.error(element, no_such_link(urdf, name))),
             Some(link) if element == "visual_shapes" && link.visuals.is_empty() => {
@@ -250,6 +251,10 @@ fn check_additions(
             complaints.push(location.error("[inertias]", message));
         }
     }
+    let unknown = additions.position_limits.keys().filter(|name| !has_joint(urdf, name));
+    complaints.extend(unknown.map(|name| {
+        location.error(format!("[position_limits] '{name}'"), no_such_joint(urdf, name))
+    }));
     let velocities = additions.velocity_limits.iter();
     for (name, (velocity, joint)) in
         velocities.map(|(name, it)| (name, (it, urdf.joints.iter().find(|it| it.name == *name))))
@@ -261,6 +266,10 @@ fn check_additions(
         };
         complaints.push(location.error(format!("[velocity_limits] '{name}'"), message));
     }
+}
+
+fn has_joint(urdf: &Urdf, name: &str) -> bool {
+    urdf.joints.iter().any(|joint| joint.name == name)
 }
 
 fn no_such_link(urdf: &Urdf, name: &str) -> String {
@@ -302,7 +311,7 @@ fn build_links(
     let mut build = |node: &TreeLink| {
         let name = &urdf.links[node.urdf_link].name;
         let exact = spec.exact_meshes.iter().any(|(exact, _)| exact == name);
-        let choice = ShapeChoice { exact, visual: spec.additions.is_visual(name) };
+        let choice = ShapeChoice::of(&spec.additions, name, exact);
         let mut link = build_link(urdf, node.urdf_link, choice, meshes, complaints);
         if let Some(moments) = spec.additions.inertias.get(name) {
             link.inertia = DMat3::from_diagonal(DVec3::from_array(*moments));

@@ -4,22 +4,46 @@ use std::path::{Path, PathBuf};
 
 use crate::mesh::file_name::readings;
 use crate::robot::urdf::{Urdf, package_of};
+use crate::robot::urdf_link::Geometry;
 
 /// How many folders, from the URDF's upward, are searched.
 const FOLDERS_MAX: usize = 5;
 /// Folders of a package that hold URDFs: the one above them is the package.
 const URDF_FOLDERS: [&str; 5] = ["urdf", "urdfs", "robots", "xacro", "model"];
 
+/// Why a name leads to no file.
+pub(crate) enum MeshError {
+    /// The file is not on this machine.
+    Missing(String),
+    /// The name holds a macro.
+    Macro(String),
+}
+
+/// The links with a mesh that is not on this machine, as collision shape.
+pub(crate) fn links_without_meshes(urdf: &Urdf) -> Vec<usize> {
+    let lacks = |link: &usize| {
+        urdf.links[*link].collisions.iter().any(|part| match &part.geometry {
+            Geometry::Mesh { filename, .. } => {
+                matches!(find_mesh(urdf, filename), Err(MeshError::Missing(_)))
+            }
+            _ => false,
+        })
+    };
+    (0..urdf.links.len()).filter(lacks).collect()
+}
+
 /// The file that a name means. A name without a package is looked for below the URDF's folder and
 /// the few above it. `package://NAME/` and `model://NAME/` mean the folder NAME there, the folder
 /// whose package.xml says NAME, or, where all meshes are in one package that the URDF has left,
 /// the URDF's own folder.
-pub(crate) fn find_mesh(urdf: &Urdf, name: &str) -> Result<PathBuf, String> {
+pub(crate) fn find_mesh(urdf: &Urdf, name: &str) -> Result<PathBuf, MeshError> {
     if name.contains("$(") || name.contains("${") {
-        return Err(format!("mesh '{name}' holds a macro; expand the xacro file first"));
+        let message = format!("mesh '{name}' holds a macro; expand the xacro file first");
+        return Err(MeshError::Macro(message));
     }
     if name.starts_with("http://") || name.starts_with("https://") {
-        return Err(format!("mesh '{name}' is not on this machine; fetch it"));
+        let message = format!("mesh '{name}' is not on this machine; fetch it");
+        return Err(MeshError::Missing(message));
     }
     let plain = name.strip_prefix("file://").unwrap_or(name);
     let folder = urdf.source.path.parent().unwrap_or(Path::new(""));
@@ -33,7 +57,7 @@ pub(crate) fn find_mesh(urdf: &Urdf, name: &str) -> Result<PathBuf, String> {
     let found = bases.iter().find_map(|base| {
         readings(path).iter().map(|path| base.join(path)).find(|path| path.is_file())
     });
-    found.ok_or_else(|| not_found(name, &bases, &above))
+    found.ok_or_else(|| MeshError::Missing(not_found(name, &bases, &above)))
 }
 
 fn not_found(name: &str, bases: &[PathBuf], above: &[&Path]) -> String {
@@ -61,9 +85,13 @@ fn package_folders(urdf: &Urdf, above: &[&Path], package: &str) -> Vec<PathBuf> 
     };
     let mut folders: Vec<PathBuf> = Vec::new();
     for base in above {
-        folders.extend(is_package(base).then(|| (*base).to_owned()));
         let below = names.iter().map(|name| base.join(name));
-        folders.extend(below.filter(|folder| folder.is_dir() && is_package(folder)));
+        let below = below.filter(|folder| folder.is_dir() && is_package(folder));
+        for folder in is_package(base).then(|| (*base).to_owned()).into_iter().chain(below) {
+            if !folders.contains(&folder) {
+                folders.push(folder);
+            }
+        }
     }
     if folders.is_empty() {
         folders.extend(above.iter().flat_map(|base| siblings_with_package_name(base, &names)));

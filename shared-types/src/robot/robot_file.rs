@@ -41,6 +41,10 @@ struct RawRobot {
     #[serde(default)]
     visual_shapes: Vec<String>,
     #[serde(default)]
+    missing_meshes: Vec<String>,
+    #[serde(default)]
+    position_limits: BTreeMap<String, [f64; 2]>,
+    #[serde(default)]
     velocity_limits: BTreeMap<String, f64>,
     #[serde(default)]
     inertias: BTreeMap<String, [f64; 3]>,
@@ -95,6 +99,8 @@ pub(crate) fn spec_from_text(source: TextFile) -> Result<RobotSpec, InputError> 
         accelerations: joint_values("[accelerations]", raw.accelerations, &source)?,
         additions: UrdfAdditions {
             visual_shapes: raw.visual_shapes,
+            missing_meshes: raw.missing_meshes,
+            position_limits: raw.position_limits,
             velocity_limits: raw.velocity_limits,
             inertias: raw.inertias,
         },

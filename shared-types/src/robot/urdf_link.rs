@@ -127,8 +127,9 @@ fn read_inertial<'a, 'input>(
                 if value < 0.0 {
                     element
                         .input_error(mass, format!("its mass is {value}; it must not be negative"));
+                } else {
+                    link.mass = value;
                 }
-                link.mass = value;
             }
         }
     }

@@ -7,6 +7,7 @@ use crate::base::spatial::Pose;
 use crate::geometry::shape::Shape;
 use crate::mesh::store::MeshStore;
 use crate::robot::links::{ShapeChoice, build_link};
+use crate::robot::mesh_path::links_without_meshes;
 use crate::robot::model::LinkShape;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
@@ -30,16 +31,17 @@ pub(crate) struct SurfacePoints {
 }
 
 impl LinkShapes {
-    /// Reads all shapes. Looks that cannot be read are passed over.
+    /// Reads all shapes. Looks that cannot be read are passed over, and meshes whose files are
+    /// missing if `skip_missing`.
     ///
     /// # Errors
     /// Collision shapes that cannot be read.
-    pub(crate) fn read(skeleton: &Skeleton) -> Result<Self, InputError> {
+    pub(crate) fn read(skeleton: &Skeleton, skip_missing: bool) -> Result<Self, InputError> {
         let mut meshes = MeshStore::default();
         let mut complaints = Vec::new();
         let mut read = |node: NodeIndex, visual: bool| {
             let (urdf, link) = (skeleton.urdf, skeleton.nodes[node].urdf_link);
-            let choice = ShapeChoice { exact: false, visual };
+            let choice = ShapeChoice { exact: false, visual, may_lack_meshes: skip_missing };
             let mut found = Vec::new();
             let shapes = build_link(urdf, link, choice, &mut meshes, &mut found).shapes;
             complaints.extend(found.into_iter().filter(|_| !visual));
@@ -57,6 +59,11 @@ impl LinkShapes {
                 if is_bare { read(node, true) } else { Vec::new() }
             })
             .collect();
+        if let [complaint] = &mut complaints[..] {
+            hint_at_one(skeleton, complaint);
+        } else if let Some(hint) = hint_at_several(skeleton).filter(|_| !complaints.is_empty()) {
+            complaints.insert(0, hint);
+        }
         InputError::all(complaints)?;
         Ok(Self { collision, visual })
     }
@@ -91,6 +98,24 @@ impl LinkShapes {
         }
         surface
     }
+}
+
+/// Says how to go on where the only complaint is a missing mesh file.
+fn hint_at_one(skeleton: &Skeleton, complaint: &mut InputError) {
+    if !links_without_meshes(skeleton.urdf).is_empty() {
+        complaint.message += ", or add --skip-missing-meshes to go on without this shape";
+    }
+}
+
+/// How to go on where mesh files are missing.
+fn hint_at_several(skeleton: &Skeleton) -> Option<InputError> {
+    let path = &skeleton.urdf.source.path;
+    let count = links_without_meshes(skeleton.urdf).len();
+    let message = format!(
+        "mesh files of {count} of its {} links are missing; with --skip-missing-meshes these links get no shape, and nothing keeps them from colliding",
+        skeleton.nodes.len()
+    );
+    (count > 0).then(|| InputError::file(path, message))
 }
 
 fn is_ball(shape: &Shape) -> bool {

@@ -7,14 +7,17 @@ use glam::{DVec2, DVec3};
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::text_file::absolute;
+use crate::robot::mesh_path::links_without_meshes;
 use crate::robot::spec::FOOT_NAMES;
 use crate::robot::tree::sort_links;
 use crate::robot::urdf::{Urdf, read_urdf};
 use crate::robot_draft::arms::ArmSearch;
 use crate::robot_draft::body::LinkShapes;
-use crate::robot_draft::estimates::{missing_effort, missing_inertia, missing_velocity};
+use crate::robot_draft::estimates::{
+    missing_effort, missing_inertia, missing_range, missing_velocity,
+};
 use crate::robot_draft::foot_choice::choose_feet;
-use crate::robot_draft::foot_search::mirrored_pairs;
+use crate::robot_draft::foot_search::{LEG_JOINTS, mirrored_pairs};
 use crate::robot_draft::heading::Heading;
 use crate::robot_draft::locks::{Limbs, limbs};
 use crate::robot_draft::options::DraftOptions;
@@ -22,8 +25,6 @@ use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 use crate::robot_draft::sole_search::find_sole;
 use crate::robot_draft::standing_posture::{DraftLeg, StandingPosture, StandingSearch};
 
-/// Least and most moving joints of a leg that a walk can be planned for.
-const LEG_JOINTS: [usize; 2] = [6, 8];
 /// Shapes of an ankle that reach down to less than this above the sole are a foot's, m.
 const FOOT_SHAPE_ABOVE_MAX: f64 = 0.005;
 /// Positions are written with this many parts of a rad or m.
@@ -74,11 +75,22 @@ pub struct RobotDraft {
     pub locked: Vec<Noted<f64>>,
     /// Links whose looks stand for their shapes.
     pub visual_shapes: Vec<Noted<()>>,
-    /// Estimated efforts, N m.
+    /// Links whose missing mesh files are passed over.
+    pub missing_meshes: Vec<Noted<()>>,
+    /// What the URDF does not state.
+    pub estimates: DraftEstimates,
+}
+
+/// Estimates of what a URDF does not state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DraftEstimates {
+    /// Ranges, rad.
+    pub position_limits: Vec<Noted<[f64; 2]>>,
+    /// Efforts, N m.
     pub effort_limits: Vec<Noted<f64>>,
-    /// Estimated speeds, rad/s.
+    /// Speeds, rad/s.
     pub velocity_limits: Vec<Noted<f64>>,
-    /// Estimated moments of inertia, kg m2.
+    /// Moments of inertia, kg m2.
     pub inertias: Vec<Noted<DVec3>>,
 }
 
@@ -97,7 +109,7 @@ impl RobotDraft {
             return Err(InputError::file(path, "its joints form no tree"));
         };
         let skeleton = Skeleton::new(&urdf, &tree);
-        let shapes = LinkShapes::read(&skeleton)?;
+        let shapes = LinkShapes::read(&skeleton, options.skip_missing_meshes)?;
         let neutral = skeleton.neutral();
         let poses = skeleton.poses(&neutral);
         let pairs = mirrored_pairs(&skeleton, &poses);
@@ -128,7 +140,8 @@ impl DraftParts<'_> {
         let arms = ArmSearch::new(self.skeleton, self.shapes, self.heading.yaw);
         self.limbs.arms.iter().for_each(|pair| arms.clear(pair, &mut hanging));
         let search = StandingSearch { skeleton: self.skeleton, legs: &legs, yaw: self.heading.yaw };
-        let standing = search.solve(&hanging, knee_bend).ok_or_else(|| self.no_posture())?;
+        let standing =
+            search.solve(&hanging, knee_bend).ok_or_else(|| self.no_posture(&legs, poses))?;
         let urdf = self.urdf();
         let turns = self.heading.yaw != 0.0;
         let root = self.skeleton.link_name(0).to_owned();
@@ -146,9 +159,13 @@ impl DraftParts<'_> {
             posture: self.posture(&standing, &neutral, &legs),
             locked: self.locked(&neutral),
             visual_shapes: self.visual_shapes(&legs),
-            effort_limits: self.efforts(),
-            velocity_limits: self.velocities(),
-            inertias: self.inertias(),
+            missing_meshes: self.missing_meshes(),
+            estimates: DraftEstimates {
+                position_limits: self.ranges(),
+                effort_limits: self.efforts(),
+                velocity_limits: self.velocities(),
+                inertias: self.inertias(),
+            },
         })
     }
 
@@ -202,8 +219,25 @@ impl DraftParts<'_> {
         Ok(DraftLeg { chain, body, body_from_sole: sole.link_from_sole, polygon: sole.polygon })
     }
 
-    fn no_posture(&self) -> InputError {
-        let message = "no posture with bent knees places both soles level below the hips within the joints' limits; write robot.toml by hand (docs/OWN_ROBOT.md)";
+    /// Why the robot cannot stand: what was taken for legs hangs as arms do, or bends otherwise.
+    fn no_posture(&self, legs: &[DraftLeg; 2], poses: &[Pose]) -> InputError {
+        let ends = |leg: &DraftLeg| {
+            let [first, last] = [leg.chain[0], leg.body];
+            format!("'{}' to '{}'", self.name(first), self.skeleton.link_name(last))
+        };
+        let is_leg = |node| legs.iter().any(|leg| self.skeleton.is_below(node, leg.chain[0]));
+        let rest = self.skeleton.centre_of_mass_of(poses, |node| !is_leg(node));
+        let hangs_high = legs.iter().all(|leg| poses[leg.chain[0]].translation.z > rest.z);
+        let advice = if hangs_high {
+            "they hang above the centre of mass of the rest, as arms do: a URDF without legs cannot walk"
+        } else {
+            "write robot.toml by hand (docs/OWN_ROBOT.md)"
+        };
+        let message = format!(
+            "no posture with bent knees places both soles level below the hips within the joints' limits; taken for legs: {} and {}; {advice}",
+            ends(&legs[0]),
+            ends(&legs[1])
+        );
         InputError::file(&self.urdf().source.path, message)
     }
 
@@ -324,6 +358,26 @@ impl DraftParts<'_> {
             !self.skeleton.is_mimic(*node) && !self.limbs.locked.contains_key(node)
         };
         self.skeleton.moving().filter(is_planned)
+    }
+
+    /// The links that go without a shape because its mesh file is missing.
+    fn missing_meshes(&self) -> Vec<Noted<()>> {
+        let noted = |link: usize| Noted {
+            name: self.urdf().links[link].name.clone(),
+            value: (),
+            source: "their mesh files were not found: nothing keeps these links from colliding"
+                .to_owned(),
+        };
+        links_without_meshes(self.urdf()).into_iter().map(noted).collect()
+    }
+
+    fn ranges(&self) -> Vec<Noted<[f64; 2]>> {
+        let noted = |node: NodeIndex| {
+            let value = missing_range(self.skeleton, node)?;
+            let source = "estimated; the URDF states none".to_owned();
+            Some(Noted { name: self.name(node), value, source })
+        };
+        self.planned().filter_map(noted).collect()
     }
 
     fn efforts(&self) -> Vec<Noted<f64>> {

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
+use crate::robot::urdf_joint::JointType;
 use crate::robot::urdf_link::LIGHT_MAX;
 use crate::robot_draft::body::LinkShapes;
-use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
+use crate::robot_draft::skeleton::{NodeIndex, RANGE, Skeleton};
 
 /// Effort of a leg's joint and of any other, N m per kg of the whole robot. Knees of published
 /// humanoids lie between 2 and 6.
@@ -27,6 +28,13 @@ pub(crate) fn missing_effort(skeleton: &Skeleton, node: NodeIndex, is_leg: bool)
 pub(crate) fn missing_velocity(skeleton: &Skeleton, node: NodeIndex) -> Option<f64> {
     let stated = skeleton.urdf_joint(node)?.limit.as_ref()?.velocity;
     (!stated.is_some_and(|velocity| velocity != 0.0)).then_some(VELOCITY)
+}
+
+/// The range of a joint that the URDF does not state; `None` where it does.
+pub(crate) fn missing_range(skeleton: &Skeleton, node: NodeIndex) -> Option<[f64; 2]> {
+    let joint = skeleton.urdf_joint(node)?;
+    let is_bare = joint.limit.as_ref()?.range.is_none();
+    (is_bare && joint.joint_type == JointType::Revolute).then_some([-RANGE, RANGE])
 }
 
 /// The moments of inertia of a link whose inertia is 0: those of a box of its mass around its

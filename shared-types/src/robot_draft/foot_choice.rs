@@ -4,7 +4,7 @@ use crate::base::closest::closest;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::robot_draft::body::LinkShapes;
-use crate::robot_draft::foot_search::{MirroredPair, standing_pairs};
+use crate::robot_draft::foot_search::{MirroredPair, bare_feet, standing_pairs};
 use crate::robot_draft::heading::{Heading, HeadingError, heading_of, yaw_of};
 use crate::robot_draft::mirror::Side;
 use crate::robot_draft::options::DraftOptions;
@@ -33,6 +33,13 @@ pub(crate) fn choose_feet(
         return Ok(Heading { feet, yaw, source: "the left and the right foot that were named" });
     }
     let mut standing = standing_pairs(skeleton, shapes, poses, pairs);
+    if let Some(pair) = bare_feet(skeleton, shapes, poses, pairs, &standing) {
+        let [left, right] = pair.bodies.map(|body| skeleton.link_name(body));
+        let message = format!(
+            "'{left}' and '{right}' lie lowest and have no shape, and soles are found on shapes; add a <collision> to them in the URDF"
+        );
+        return Err(complaint(skeleton, message));
+    }
     let feet = match standing.len() {
         1 => standing.remove(0),
         0 => return Err(no_feet(skeleton, poses, pairs)),

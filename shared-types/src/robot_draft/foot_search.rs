@@ -8,6 +8,8 @@ use crate::robot_draft::mirror::{Side, side_of};
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 use crate::robot_draft::sole_search::find_sole;
 
+/// Least and most moving joints of a leg that a walk can be planned for.
+pub(crate) const LEG_JOINTS: [usize; 2] = [6, 8];
 /// Least moving joints between two feet's common body and each foot.
 const LEG_JOINTS_MIN: usize = 3;
 /// How much higher than the lowest link a foot may end, as a share of the robot's height.
@@ -94,6 +96,33 @@ pub(crate) fn mirrored_pairs(skeleton: &Skeleton, poses: &[Pose]) -> Vec<Mirrore
         .enumerate()
         .flat_map(|(at, a)| moving[at + 1..].iter().map(move |b| [*a, *b]));
     pairs.filter_map(|bodies| MirroredPair::new(skeleton, poses, bodies)).collect()
+}
+
+/// Feet that the URDF gives no shapes: the lowest mirrored pair without any, if it lies below all
+/// shapes, or below what stands of a leg that is too short without it.
+pub(crate) fn bare_feet<'a>(
+    skeleton: &Skeleton,
+    shapes: &LinkShapes,
+    poses: &[Pose],
+    pairs: &'a [MirroredPair],
+    standing: &[MirroredPair],
+) -> Option<&'a MirroredPair> {
+    let ground = (0..poses.len())
+        .map(|node| span_of(skeleton, shapes, poses, node)[0])
+        .fold(f64::INFINITY, f64::min);
+    let height = |pair: &MirroredPair| poses[pair.bodies[0]].translation.z;
+    let ends_leg_of = |pair: &MirroredPair, standing: &MirroredPair| {
+        let is_below = skeleton.is_below(pair.bodies[0], standing.bodies[0]);
+        is_below && standing.chains[0].len() < LEG_JOINTS[0]
+    };
+    let is_bare = |pair: &MirroredPair| shapes.surface(skeleton, pair.bodies[0]).is_empty();
+    let is_foot = |pair: &MirroredPair| match standing {
+        [] => height(pair) < ground,
+        _ => standing.iter().any(|other| ends_leg_of(pair, other)),
+    };
+    let bare = pairs.iter().filter(|pair| is_bare(pair) && is_foot(pair));
+    // Of an ankle and the foot that turns about the same point, the foot.
+    bare.min_by(|a, b| height(a).total_cmp(&height(b)).then(b.bodies[0].cmp(&a.bodies[0])))
 }
 
 /// Those of the `pairs` that reach the ground where all joints stand at 0. Of several in one leg,

@@ -22,5 +22,5 @@ pub(crate) mod standing_posture;
 mod tests;
 pub mod text;
 
-pub use draft::{DraftFoot, Noted, RobotDraft};
+pub use draft::{DraftEstimates, DraftFoot, Noted, RobotDraft};
 pub use options::DraftOptions;

@@ -7,4 +7,6 @@ pub struct DraftOptions {
     pub feet: Option<[String; 2]>,
     /// The bend of the knees that is tried first, rad.
     pub knee_bend: Option<f64>,
+    /// Whether links whose mesh files are missing go without these shapes.
+    pub skip_missing_meshes: bool,
 }

@@ -10,6 +10,9 @@ use crate::robot::tree::TreeLink;
 use crate::robot::urdf::Urdf;
 use crate::robot::urdf_joint::{JointType, UrdfJoint};
 
+/// Where a joint turns whose range is not stated, rad either way: an estimate.
+pub(crate) const RANGE: f64 = std::f64::consts::FRAC_PI_2;
+
 /// Index into [`Skeleton::nodes`].
 pub(crate) type NodeIndex = usize;
 
@@ -34,7 +37,7 @@ pub(crate) struct NodeJoint {
     pub(crate) urdf_joint: usize,
     pub(crate) kind: JointKind,
     pub(crate) axis: DVec3,
-    /// Finite limits, rad or m: a turn where the file states none.
+    /// Finite limits, rad or m: estimates where the file states none.
     pub(crate) lower: f64,
     pub(crate) upper: f64,
     /// The node whose joint it mimics, with multiplier and offset.
@@ -172,10 +175,19 @@ impl<'a> Skeleton<'a> {
 
     /// The centre of mass for these poses, root frame, m; the origin if nothing has mass.
     pub(crate) fn centre_of_mass(&self, poses: &[Pose]) -> DVec3 {
+        self.centre_of_mass_of(poses, |_| true)
+    }
+
+    /// The centre of mass of some nodes, root frame, m; the origin if nothing has mass.
+    pub(crate) fn centre_of_mass_of(
+        &self,
+        poses: &[Pose],
+        is_counted: impl Fn(NodeIndex) -> bool,
+    ) -> DVec3 {
         let (mut moment, mut mass) = (DVec3::ZERO, 0.0);
-        for (node, pose) in self.nodes.iter().zip(poses) {
-            let link = &self.urdf.links[node.urdf_link];
-            moment += link.mass * (*pose * link.link_from_com.translation);
+        for node in (0..self.nodes.len()).filter(|node| is_counted(*node)) {
+            let link = &self.urdf.links[self.nodes[node].urdf_link];
+            moment += link.mass * (poses[node] * link.link_from_com.translation);
             mass += link.mass;
         }
         if mass > 0.0 { moment / mass } else { DVec3::ZERO }
@@ -190,7 +202,9 @@ fn node_joint(joint: &UrdfJoint, urdf_joint: usize) -> Option<NodeJoint> {
         JointType::Fixed | JointType::Floating | JointType::Planar => return None,
     };
     let range = joint.limit.as_ref().and_then(|limit| limit.range);
-    let (lower, upper) = range.unwrap_or((-PI, PI));
+    let is_bare = joint.joint_type == JointType::Revolute && joint.limit.is_some();
+    let turn = if is_bare { RANGE } else { PI };
+    let (lower, upper) = range.unwrap_or((-turn, turn));
     let (lower, upper) = (lower.clamp(-PI, PI), upper.clamp(-PI, PI));
     let (lower, upper) = if lower <= upper { (lower, upper) } else { (0.0, 0.0) };
     Some(NodeJoint { urdf_joint, kind, axis: joint.axis, lower, upper, follows: None })

@@ -162,12 +162,12 @@ fn what_the_urdf_does_not_state_is_estimated() {
             .fold(link.to_owned(), |link, moment| link.replace(moment, "0"))
     });
     let (draft, model) = drafted(&urdf);
-    assert_eq!(draft.effort_limits.len(), 1);
-    assert_eq!(draft.velocity_limits.len(), 1);
+    assert_eq!(draft.estimates.effort_limits.len(), 1);
+    assert_eq!(draft.estimates.velocity_limits.len(), 1);
     let knee = model.joints.iter().find(|joint| joint.name == "left_knee").unwrap();
     assert!(knee.effort > 100.0 && knee.velocity == 4.0, "{knee:?}");
     // The box of 0.22 x 0.14 x 0.04 m and 1.6 kg that the file had.
-    let inertia = draft.inertias[0].value;
+    let inertia = draft.estimates.inertias[0].value;
     assert!(inertia.abs_diff_eq(DVec3::new(0.002827, 0.006667, 0.009067), 1e-5), "{inertia}");
 }
 
@@ -329,7 +329,7 @@ fn named_feet_are_taken_or_asked_about() {
     let published = Published::new(&hubo());
     let draft = |left: &str, right: &str| {
         let feet = Some([left.to_owned(), right.to_owned()]);
-        RobotDraft::from_urdf(&published.path(), &DraftOptions { feet, knee_bend: None })
+        RobotDraft::from_urdf(&published.path(), &DraftOptions { feet, ..Default::default() })
     };
     assert_eq!(draft("left_foot", "right_foot").unwrap().feet[1].link, "right_foot");
     for (left, right, expected) in [
@@ -348,4 +348,130 @@ fn a_robot_without_feet_is_answered_with_a_line_to_add() {
         joint.replace("0.0885 0\"", "0.0885 0.3\"")
     }));
     assert!(error.contains("--feet"), "{error}");
+}
+
+#[test]
+fn a_leg_without_a_stated_range_gets_an_estimate() {
+    let bare = changed(&hubo(), "<joint name=\"left_hip_yaw\"", "</joint>", |joint| {
+        let from = joint.find("lower=").unwrap();
+        let to = joint.find("effort=").unwrap();
+        format!("{}{}", &joint[..from], &joint[to..])
+    });
+    let (draft, model) = drafted(&bare);
+    let estimate = &draft.estimates.position_limits[0];
+    assert_eq!(
+        (estimate.name.as_str(), draft.estimates.position_limits.len()),
+        ("left_hip_yaw", 1)
+    );
+    let hip = model.joints.iter().find(|joint| joint.name == "left_hip_yaw").unwrap();
+    let turn = std::f64::consts::FRAC_PI_2;
+    assert!((hip.lower + turn).abs() < 1e-4 && (hip.upper - turn).abs() < 1e-4, "{hip:?}");
+    // Without the estimate the file is refused, with the advice.
+    let published = Published::new(&bare);
+    let text = robot_file(&draft, Path::new("robot.urdf"));
+    let text = changed(&text, "[position_limits]", "]  #", |_| "[accelerations]\n#".to_owned());
+    let error = robot_from_text(text, &published.folder.path().join("robot.toml")).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("neither lower nor upper") && error.contains("[position_limits]"));
+}
+
+#[test]
+fn a_range_of_the_robot_file_lies_within_that_of_the_urdf() {
+    let published = Published::new(&hubo());
+    let text = robot_file(&published.draft().unwrap(), Path::new("robot.urdf"));
+    let load = |joint: &str, range: &str| {
+        let text = format!("{text}\n[position_limits]\n{joint} = {range}\n");
+        robot_from_text(text, &published.folder.path().join("robot.toml"))
+    };
+    let model = load("left_knee", "[0.1, 1.5]").unwrap();
+    let knee = model.joints.iter().find(|joint| joint.name == "left_knee").unwrap();
+    assert_eq!((knee.lower, knee.upper), (0.1, 1.5));
+    for (joint, range, expected) in [
+        ("left_knee", "[-9.0, 1.5]", "within the URDF's"),
+        ("left_knee", "[1.0, 1.0]", "is no range"),
+        ("left_knee", "[nan, 1.0]", "is no range"),
+        ("left_kne", "[0.0, 1.0]", "did you mean 'left_knee'?"),
+    ] {
+        let error = load(joint, range).unwrap_err().to_string();
+        assert!(error.contains("[position_limits]") && error.contains(expected), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn a_link_whose_mesh_is_missing_goes_without_only_if_asked() {
+    let urdf = changed(&hubo(), "<link name=\"torso\"", "</link>", |link| {
+        changed(link, "<geometry>", "</geometry>", |_| {
+            "<geometry><mesh filename=\"trunk.obj\"/></geometry>".to_owned()
+        })
+    });
+    let error = refusal(&urdf);
+    for part in ["--skip-missing-meshes", "'torso': mesh 'trunk.obj' not found"] {
+        assert!(error.contains(part), "{error}");
+    }
+    let two = replaced(&urdf, "<box size=\"0.1 0.2 0.12\"/>", "<mesh filename=\"hip.obj\"/>");
+    assert!(refusal(&two).contains("mesh files of 2 of its"), "{}", refusal(&two));
+    let published = Published::new(&urdf);
+    let options = DraftOptions { skip_missing_meshes: true, ..Default::default() };
+    let draft = RobotDraft::from_urdf(&published.path(), &options).unwrap();
+    assert_eq!(draft.missing_meshes.len(), 1);
+    assert_eq!(draft.missing_meshes[0].name, "torso");
+    let shapes = || {
+        let model = published.load(&draft);
+        let torso = model.links.iter().find(|link| link.name == "torso").unwrap();
+        torso.shapes.len()
+    };
+    assert_eq!(shapes(), 0);
+    // A file that is there counts, whatever the robot file says.
+    let corners = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\n";
+    let faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(published.folder.path().join("trunk.obj"), format!("{corners}{faces}")).unwrap();
+    assert_eq!(shapes(), 1);
+}
+
+#[test]
+fn feet_without_shapes_are_named_as_such() {
+    let without = |text: &str, foot: &str| {
+        changed(text, &format!("<link name=\"{foot}\""), "</link>", |link| {
+            link.replace("collision>", "remark>")
+        })
+    };
+    let urdf = without(&without(&hubo(), "left_foot"), "right_foot");
+    let urdf = without(&without(&urdf, "left_ankle"), "right_ankle");
+    let error = refusal(&urdf);
+    for part in ["feet", "_foot' lie lowest and have no shape", "add a <collision>"] {
+        assert!(error.contains(part), "{error}");
+    }
+}
+
+/// A trunk with two arms of six joints, whose hands are boxes.
+fn upper_body() -> String {
+    let inertial = "<inertial><mass value=\"2\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" \
+                    iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>";
+    let mut text = format!("<robot name=\"upper\"><link name=\"trunk\">{inertial}</link>");
+    for (side, y) in [("left", 0.2), ("right", -0.2)] {
+        let mut parent = "trunk".to_owned();
+        for (at, axis) in ["1 0 0", "0 0 1", "0 1 0", "0 1 0", "0 1 0", "1 0 0"].iter().enumerate()
+        {
+            let link = format!("{side}_{at}");
+            let (y, z) = if at == 0 { (y, 0.5) } else { (0.0, -0.1) };
+            text += &format!(
+                "<link name=\"{link}\">{inertial}<collision><geometry><box size=\"0.1 0.06 0.04\"/>\
+                 </geometry></collision></link><joint name=\"{link}_joint\" type=\"revolute\">\
+                 <parent link=\"{parent}\"/><child link=\"{link}\"/><origin xyz=\"0 {y} {z}\"/>\
+                 <axis xyz=\"{axis}\"/><limit lower=\"-0.1\" upper=\"0.1\" effort=\"50\" \
+                 velocity=\"2\"/></joint>"
+            );
+            parent = link;
+        }
+    }
+    text + "</robot>"
+}
+
+#[test]
+fn an_upper_body_has_no_legs() {
+    let error = refusal(&upper_body());
+    for part in ["'left_0_joint' to 'left_5'", "as arms do", "without legs cannot walk"] {
+        assert!(error.contains(part), "{error}");
+    }
 }

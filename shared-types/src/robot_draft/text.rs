@@ -27,7 +27,8 @@ pub fn robot_file(draft: &RobotDraft, urdf: &Path) -> String {
     if let Some(yaw) = &draft.root_yaw {
         let _ = writeln!(text, "root_rpy = [0.0, 0.0, {}]    # {}", number(yaw.value), yaw.source);
     }
-    push_visual_shapes(&mut text, &draft.visual_shapes);
+    push_links(&mut text, "visual_shapes", &draft.visual_shapes);
+    push_links(&mut text, "missing_meshes", &draft.missing_meshes);
     draft.feet.iter().for_each(|foot| push_foot(&mut text, foot));
     let comments = [
         "The start posture. Joints not named stand at 0, or as near to it as their limits allow.",
@@ -38,21 +39,24 @@ pub fn robot_file(draft: &RobotDraft, urdf: &Path) -> String {
     let tables = [
         ("standing", &draft.posture),
         ("locked", &draft.locked),
-        ("effort_limits", &draft.effort_limits),
-        ("velocity_limits", &draft.velocity_limits),
+        ("effort_limits", &draft.estimates.effort_limits),
+        ("velocity_limits", &draft.estimates.velocity_limits),
     ];
     for ((name, values), comment) in tables.into_iter().zip(comments) {
         push_table(&mut text, name, comment, values, |value| number(*value));
     }
+    let comment = "Estimates, rad: replace them by the maker's values.";
+    let ranges = &draft.estimates.position_limits;
+    push_table(&mut text, "position_limits", comment, ranges, |range| pair(*range));
     let comment = "Estimates about the centre of mass along the link's axes, kg m2.";
-    push_table(&mut text, "inertias", comment, &draft.inertias, |value| moments(*value));
+    push_table(&mut text, "inertias", comment, &draft.estimates.inertias, |value| moments(*value));
     text
 }
 
-fn push_visual_shapes(text: &mut String, links: &[Noted<()>]) {
+fn push_links(text: &mut String, list: &str, links: &[Noted<()>]) {
     let Some(first) = links.first() else { return };
     let names: Vec<String> = links.iter().map(|link| quoted(&link.name)).collect();
-    let _ = writeln!(text, "visual_shapes = [{}]    # {}", names.join(", "), first.source);
+    let _ = writeln!(text, "{list} = [{}]    # {}", names.join(", "), first.source);
 }
 
 fn push_foot(text: &mut String, foot: &DraftFoot) {
@@ -122,6 +126,10 @@ fn one_line(text: &str) -> String {
 
 fn triple(values: DVec3) -> String {
     format!("[{}, {}, {}]", number(values.x), number(values.y), number(values.z))
+}
+
+fn pair([lower, upper]: [f64; 2]) -> String {
+    format!("[{}, {}]", number(lower), number(upper))
 }
 
 fn moments(values: DVec3) -> String {

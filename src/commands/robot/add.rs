@@ -65,7 +65,9 @@ fn try_bend(
 ) -> Result<Tried, CommandError> {
     signals::set_activity(Activity::Reading);
     let feet = arguments.feet.as_ref().map(|feet| feet.0.clone());
-    let draft = RobotDraft::from_urdf(&arguments.urdf, &DraftOptions { feet, knee_bend })?;
+    let skip_missing_meshes = arguments.skip_missing_meshes;
+    let options = DraftOptions { feet, knee_bend, skip_missing_meshes };
+    let draft = RobotDraft::from_urdf(&arguments.urdf, &options)?;
     let urdf = relative_path(&draft.urdf_path, &folder_of(path));
     let text = robot_file(&draft, Path::new(&urdf));
     let model = robot_from_text(text.clone(), path)?;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::robot_draft::text::ROBOT_FILE;
-use surefoot_shared_types::robot_draft::{DraftFoot, Noted, RobotDraft};
+use surefoot_shared_types::robot_draft::{DraftEstimates, DraftFoot, Noted, RobotDraft};
 
 use crate::commands::robot::trial::Trial;
 
@@ -42,6 +42,7 @@ pub(crate) fn summary(
     ));
     lines.extend(locked_lines(&draft.locked));
     lines.extend(estimate_lines(draft));
+    lines.extend(missing_line(&draft.missing_meshes));
     lines.extend(bare_links(model));
     lines.push(format!("  trial      {}", trial.line()));
     lines.extend(strain_line(trial));
@@ -92,10 +93,13 @@ fn estimate_lines(draft: &RobotDraft) -> Vec<String> {
     let names = |values: Vec<&String>| -> String {
         values.into_iter().map(String::as_str).collect::<Vec<_>>().join(", ")
     };
+    let DraftEstimates { position_limits, effort_limits, velocity_limits, inertias } =
+        &draft.estimates;
     let tables = [
-        ("effort_limits", draft.effort_limits.iter().map(|value| &value.name).collect()),
-        ("velocity_limits", draft.velocity_limits.iter().map(|value| &value.name).collect()),
-        ("inertias", draft.inertias.iter().map(|value| &value.name).collect::<Vec<_>>()),
+        ("position_limits", position_limits.iter().map(|value| &value.name).collect()),
+        ("effort_limits", effort_limits.iter().map(|value| &value.name).collect()),
+        ("velocity_limits", velocity_limits.iter().map(|value| &value.name).collect()),
+        ("inertias", inertias.iter().map(|value| &value.name).collect::<Vec<_>>()),
     ];
     let has_any = tables.into_iter().filter(|(_, values)| !values.is_empty());
     has_any
@@ -103,6 +107,13 @@ fn estimate_lines(draft: &RobotDraft) -> Vec<String> {
             format!("  estimated  [{table}], which the URDF does not state: {}", names(values))
         })
         .collect()
+}
+
+/// Links whose mesh files are missing.
+fn missing_line(links: &[Noted<()>]) -> Option<String> {
+    let names: Vec<&str> = links.iter().map(|link| link.name.as_str()).collect();
+    (!names.is_empty())
+        .then(|| format!("  missing    the mesh files of {}: shapes left out", names.join(", ")))
 }
 
 /// Links with mass that no shape keeps from colliding.

@@ -37,6 +37,10 @@ pub(crate) fn text(model: &RobotModel, allowed: &[[String; 2]]) -> String {
             .iter()
             .map(|locked| format!("    {} at {:.4}", locked.joint.name, locked.position)),
     );
+    let missing = &model.additions.missing_meshes;
+    if !missing.is_empty() {
+        lines.push(format!("  missing   mesh files that may be left out: {}", missing.join(", ")));
+    }
     lines.push(format!("  may touch {} pairs of links", allowed.len()));
     lines.extend(allowed.chunks(PAIRS_PER_LINE).map(|row| {
         let pairs: Vec<String> = row.iter().map(|[a, b]| format!("{a} - {b}")).collect();
@@ -117,6 +121,7 @@ pub(crate) fn json(model: &RobotModel, allowed: &[[String; 2]]) -> String {
         "joints": model.joints.iter().enumerate().map(joint).collect::<Vec<Value>>(),
         "feet": feet.collect::<Vec<Value>>(),
         "locked": locked.collect::<Vec<Value>>(),
+        "missing_meshes": model.additions.missing_meshes,
         "allowed_pairs": allowed,
     })
     .to_string()

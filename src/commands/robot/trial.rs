@@ -16,6 +16,7 @@ use crate::commands::search_loop;
 use crate::input::preparation_cache;
 use crate::report::command_error::CommandError;
 use crate::report::event::{PlanResult, Planned};
+use crate::report::summary::rejected;
 use crate::system::cores;
 
 /// Length of the walk, m.
@@ -48,9 +49,20 @@ pub(crate) fn run(model: &RobotModel, quiet: bool) -> Result<Trial, CommandError
     let threads = NonZeroUsize::new(cores::default_threads()).unwrap_or(NonZeroUsize::MIN);
     let mut planner =
         Planner::builder(model, &world, &scenario, preparation).threads(threads).build()?;
-    let Planned { result, description: ending, steps, .. } =
-        search_loop::run(&mut planner, WORK_MAX, &mut |_| Ok(()))?;
-    Ok(Trial { result, ending, steps, strain: strain(model, &planner) })
+    let planned = search_loop::run(&mut planner, WORK_MAX, &mut |_| Ok(()))?;
+    let (ending, strain) = (ending(&planned), strain(model, &planner));
+    Ok(Trial { result: planned.result, ending, steps: planned.steps, strain })
+}
+
+/// How a search ended; where its bounded work did, what it rejected.
+fn ending(planned: &Planned) -> String {
+    match &planned.diagnosis {
+        Some(diagnosis) if planned.work >= WORK_MAX => format!(
+            "none within {WORK_MAX} work units; rejected: {}",
+            rejected(&diagnosis.rejections)
+        ),
+        _ => planned.description.clone(),
+    }
 }
 
 fn strain(model: &RobotModel, planner: &Planner) -> Option<(String, f64)> {

@@ -116,6 +116,12 @@ impl Playback {
         Some(SetPoint { sampler_id, tick: self.ticks, flags, ..point })
     }
 
+    /// The chunk that a set-point of the current plan lies in.
+    pub(crate) fn chunk_of(&self, point: &SetPoint) -> Option<&PlanChunk> {
+        let chunks = self.current.as_ref()?.walk.chunks();
+        chunks.iter().find(|chunk| chunk.sequence == point.sequence)
+    }
+
     /// Calls `announce` with each chunk that was accepted since the last call, and the seconds
     /// until it begins if the robot does not stop before.
     pub(crate) fn take_announced(&mut self, announce: &mut dyn FnMut(&PlanChunk, f64)) {
