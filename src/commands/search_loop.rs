@@ -16,7 +16,7 @@ use crate::system::{allocations, signals};
 
 /// Fewest work units between two readings of the clock: a fraction of a second. The plan does not
 /// depend on it.
-const WORK_PER_STEP_MIN: u64 = 20_000;
+const WORK_PER_STEP_MIN: u64 = 1_000;
 /// A long search reads the clock after one part in this many of its work so far.
 const SHARE_PER_STEP: u64 = 16;
 /// Time between two progress events, s.

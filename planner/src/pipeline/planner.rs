@@ -141,19 +141,16 @@ impl Planner {
         self.step_while(work, &|| true)
     }
 
-    /// Advances the search by at most `work` units, until its first chunks are final, or until
-    /// `may_continue` returns `false`: it is called now and then, for example to react to a signal.
-    /// It has no influence on the plan.
+    /// Advances the search by at most `work` units, or until `may_continue` returns `false`: it is
+    /// called now and then, for example to react to a signal. It has no influence on the plan.
     pub fn step_while(&mut self, work: u64, may_continue: &(dyn Fn() -> bool + Sync)) -> Status {
         let until = self.search.stats.work.saturating_add(work);
         self.in_pool(|planner| {
             loop {
                 let left = until - planner.search.stats.work;
-                let had_chunks = !planner.final_chunks().is_empty();
                 let status = planner.advance(left.min(WORK_PER_CALL), None);
                 if status != Status::Working
                     || planner.search.stats.work >= until
-                    || !had_chunks && !planner.final_chunks().is_empty()
                     || !may_continue()
                 {
                     return status;

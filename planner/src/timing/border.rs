@@ -155,7 +155,7 @@ mod tests {
             let farthest = |a: DVec2, b: DVec2| if normal.dot(b) > normal.dot(a) { b } else { a };
             border.refine(edge, candidates.into_iter().reduce(farthest).unwrap_or_default());
         }
-        assert!(asked <= 4, "{asked}");
+        assert_eq!(asked, 5, "once for each new corner, once for each of the edges between");
         assert_eq!(border.corners().len(), 5);
         assert_eq!(border.inner_edges().count(), 3);
         let all = Border::within(DVec2::ONE, &square, |_| true).unwrap();

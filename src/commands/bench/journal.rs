@@ -112,7 +112,6 @@ mod tests {
             outcome: "found".into(),
             ready_seconds: 0.5,
             seconds: 0.25,
-            first_chunk_seconds: None,
             processor_seconds: 0.5,
             work: 9,
             work_by_stage: [("footholds".to_owned(), 9)].into(),

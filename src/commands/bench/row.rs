@@ -72,9 +72,7 @@ impl Row {
         let of_found =
             |value: fn(&Trial) -> f64| found.iter().map(|trial| value(trial)).collect::<Vec<f64>>();
         let seconds = Summary::of(&of_found(|trial| trial.seconds));
-        let first_chunk = Summary::of(&of_found(|trial| {
-            trial.ready_seconds + trial.first_chunk_seconds.unwrap_or(trial.seconds)
-        }));
+        let first_chunk = Summary::of(&of_found(|trial| trial.ready_seconds + trial.seconds));
         let ready: Vec<f64> = trials.iter().map(|trial| trial.ready_seconds).collect();
         let mut outcomes = BTreeMap::new();
         trials.iter().for_each(|trial| *outcomes.entry(trial.outcome.clone()).or_default() += 1);
@@ -153,7 +151,6 @@ mod tests {
             outcome: outcome.into(),
             ready_seconds: 0.5,
             seconds,
-            first_chunk_seconds: None,
             processor_seconds: 2.0 * seconds,
             work: 10 * seed,
             work_by_stage: [("footholds".to_owned(), 10 * seed)].into(),
