@@ -61,7 +61,7 @@ fn footholds_that_only_the_checker_accepts_are_used_where_there_are_no_others() 
 
 /// The dead end with so many live routes.
 fn dead_end(live_routes: u32, seed: u64) -> Case {
-    hole("dead_end", 5.3, seed, 80_000).configured(|planner| planner.live_routes = live_routes)
+    hole("dead_end", 5.3, seed, 200_000).configured(|planner| planner.live_routes = live_routes)
 }
 
 #[test]
