@@ -3,6 +3,7 @@
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
 
+use crate::geometry::polygon::inward_normal;
 use crate::timing::rate_set::VERTICES_MAX;
 use crate::timing::tuning::{BORDER_TOLERANCE, DIRECTIONS_MAX};
 
@@ -104,7 +105,7 @@ impl Border {
     /// How far a corner is beyond an edge, in units of the largest rates.
     fn depth_beyond(&self, edge: [DVec2; 2], corner: DVec2) -> f64 {
         let [a, b] = edge.map(|end| end / self.extent);
-        outward([a, b]).dot(corner / self.extent - a)
+        (-inward_normal(a, b)).dot(corner / self.extent - a)
     }
 
     /// The longest edge that may not be part of the border, and its outward normal. Rates below
@@ -117,7 +118,8 @@ impl Border {
         };
         let longest = (0..self.corners.len())
             .reduce(|best, index| if length(&index) > length(&best) { index } else { best })?;
-        (length(&longest) > 0.0).then_some((longest, outward(self.ends(longest))))
+        let [a, b] = self.ends(longest);
+        (length(&longest) > 0.0).then_some((longest, -inward_normal(a, b)))
     }
 
     /// Takes the farthest corner beyond an edge.
@@ -130,11 +132,6 @@ impl Border {
             self.edges[edge] = Edge::Final;
         }
     }
-}
-
-/// The outward normal of an edge.
-fn outward([a, b]: [DVec2; 2]) -> DVec2 {
-    DVec2::new(b.y - a.y, a.x - b.x).normalize_or_zero()
 }
 
 #[cfg(test)]

@@ -61,46 +61,72 @@ pub fn share_load(
     schedule: &LoadSchedule,
     progress: f64,
 ) -> BoundedVec<FootWrench, 2> {
-    let about = |point: DVec3| moment - point.cross(force);
     let [first, second] = support.feet.as_slice() else {
-        return support.feet.iter().map(|foot| (force, about(foot.center))).collect();
+        let about = |foot: &FootSupport| moment - foot.center.cross(force);
+        return support.feet.iter().map(|foot| (force, about(foot))).collect();
     };
-    let moments = [about(first.center), about(second.center)];
-    let range = [first, second].map(|foot| shares_within(foot, force, moments));
-    let (low, high) = (range[0].0.max(range[1].0), range[0].1.min(range[1].1));
-    let free = balanced_share(first, force, moments);
-    let wanted = schedule.share(progress, free);
-    let share = if low <= high { wanted.clamp(low, high) } else { free };
-    let moment = moments[0] * (1.0 - share) + moments[1] * share;
-    [1.0 - share, share].into_iter().map(|part| (force * part, moment * part)).collect()
+    let shared = SharedLoad::new([first, second], (force, moment));
+    let (low, high) = shared.range;
+    let wanted = schedule.share(progress, shared.balanced);
+    let share = if low <= high { wanted.clamp(low, high) } else { shared.balanced };
+    shared.split(share).into_iter().collect()
+}
+
+/// A load that two feet share.
+struct SharedLoad {
+    force: DVec3,
+    /// The moment about the centre of each foot, N m.
+    moments: [DVec3; 2],
+    /// The least and the largest share on the second foot for which both centres of pressure are
+    /// inside; the least exceeds the largest where there is none.
+    range: (f64, f64),
+    /// The share that balances best.
+    balanced: f64,
+}
+
+impl SharedLoad {
+    /// `force` and `moment` about the world's origin are those of all.
+    fn new([first, second]: [&FootSupport; 2], (force, moment): (DVec3, DVec3)) -> Self {
+        let moments = [first, second].map(|foot| moment - foot.center.cross(force));
+        let range = [first, second].map(|foot| shares_within(foot, force, moments));
+        Self {
+            force,
+            moments,
+            range: (range[0].0.max(range[1].0), range[0].1.min(range[1].1)),
+            balanced: balanced_share(first, force, moments),
+        }
+    }
+
+    /// The wrenches of both feet at a share of the second one.
+    fn split(&self, share: f64) -> [FootWrench; 2] {
+        let moment = self.moments[0] * (1.0 - share) + self.moments[1] * share;
+        [1.0 - share, share].map(|part| (self.force * part, moment * part))
+    }
 }
 
 /// Wrenches of both feet that add up to that of all, for a few shares of the load for which both
-/// centres of pressure are inside. `force` and `moment` about the world's origin are those of all.
+/// centres of pressure are inside. `load` is the force of all, and the moment about the world's
+/// origin.
 pub(crate) fn splits(
-    [first, second]: [&FootSupport; 2],
-    (force, moment): (DVec3, DVec3),
+    feet: [&FootSupport; 2],
+    load: (DVec3, DVec3),
 ) -> impl Iterator<Item = [FootWrench; 2]> {
-    let moments = [first, second].map(|foot| moment - foot.center.cross(force));
-    let range = [first, second].map(|foot| shares_within(foot, force, moments));
-    let (low, high) = (range[0].0.max(range[1].0), range[0].1.min(range[1].1));
+    let shared = SharedLoad::new(feet, load);
+    let (low, high) = shared.range;
     let (low, high) = if low > high && low <= high + SHARE_ROUNDING {
         let middle = (0.5 * (low + high)).clamp(0.0, 1.0);
         (middle, middle)
     } else {
         (low, high)
     };
-    let free = balanced_share(first, force, moments).clamp(low, high.max(low));
+    let free = shared.balanced.clamp(low, high.max(low));
     let between = [0.5, 0.25, 0.75, 0.0, 1.0].map(|part| low + (high - low) * part);
     let count = match high - low {
         width if width > SHARE_ROUNDING => 1 + between.len(),
         width if width >= 0.0 => 1,
         _ => 0,
     };
-    [free].into_iter().chain(between).take(count).map(move |share| {
-        let moment = moments[0] * (1.0 - share) + moments[1] * share;
-        [1.0 - share, share].map(|part| (force * part, moment * part))
-    })
+    [free].into_iter().chain(between).take(count).map(move |share| shared.split(share))
 }
 
 /// How far apart by rounding the least and the largest share may be.
