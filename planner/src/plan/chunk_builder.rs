@@ -176,12 +176,33 @@ impl ChunkBuilder {
         let inputs = (&self.provenance, &self.timing);
         write(chunk, inputs, executed.mode, (contacts, &ground), waypoints);
         if rests {
-            let used = chunk.waypoints_len as usize;
-            self.timing.set_intervals_between_rests(&mut chunk.waypoints[..used], &ground);
             chunk.interpolation = Interpolation::Quintic as u64;
-            self.finalized.is_resting[at] = true;
+            self.rest_at_waypoints(at, &ground);
         }
         Ok(())
+    }
+
+    /// Times a chunk whose robot rests at every waypoint.
+    fn rest_at_waypoints(&mut self, at: usize, ground: &Ground) {
+        let chunk = &mut self.chunks[at];
+        let used = chunk.waypoints_len as usize;
+        self.timing.set_intervals_between_rests(&mut chunk.waypoints[..used], ground);
+        self.finalized.is_resting[at] = true;
+    }
+
+    /// Reserves the chunk of a part of a path, and writes all but its times. Returns its index.
+    fn write_part(
+        &mut self,
+        span: &PathSpan,
+        waypoints: impl ExactSizeIterator<Item = Waypoint>,
+    ) -> Result<usize, ArenaFull> {
+        let at = self.written;
+        self.reserve(waypoints.len() - 1, 1)?;
+        let chunk = &mut self.chunks[at];
+        write_header(chunk, &self.provenance, span.support as u32, &span.contacts);
+        chunk.interpolation = Interpolation::Quintic as u64;
+        write_waypoints(chunk, waypoints);
+        Ok(at)
     }
 
     /// Appends a part of a path without a timing: the robot rests at every waypoint. The first one
@@ -194,21 +215,11 @@ impl ChunkBuilder {
         span: &PathSpan,
         waypoints: impl ExactSizeIterator<Item = Waypoint>,
     ) -> Result<(), ArenaFull> {
-        let at = self.written;
-        self.reserve(waypoints.len() - 1, 1)?;
-        let chunk = &mut self.chunks[at];
-        write_header(chunk, &self.provenance, span.support as u32, &span.contacts);
-        chunk.interpolation = Interpolation::Quintic as u64;
-        write_waypoints(chunk, waypoints);
-        if let Some(last) = self.last_timed {
-            chunk.waypoints[0] = last;
-        }
-        chunk.waypoints[0].time = 0.0;
-        let used = chunk.waypoints_len as usize;
-        let ground = Ground::under(&span.contacts);
-        self.timing.set_intervals_between_rests(&mut chunk.waypoints[..used], &ground);
-        self.last_timed = chunk.waypoints().last().copied();
-        self.finalized.is_resting[at] = true;
+        let at = self.write_part(span, waypoints)?;
+        let first = &mut self.chunks[at].waypoints[0];
+        *first = Waypoint { time: 0.0, ..self.last_timed.unwrap_or(*first) };
+        self.rest_at_waypoints(at, &Ground::under(&span.contacts));
+        self.last_timed = self.chunks[at].waypoints().last().copied();
         Ok(())
     }
 
@@ -255,15 +266,11 @@ impl ChunkBuilder {
         part: TimedPart<'_>,
         waypoints: impl ExactSizeIterator<Item = Waypoint>,
     ) -> Result<(), ArenaFull> {
-        let at = self.written;
-        self.reserve(waypoints.len() - 1, 1)?;
+        let at = self.write_part(part.span, waypoints)?;
         let chunk = &mut self.chunks[at];
-        write_header(chunk, &self.provenance, part.span.support as u32, &part.span.contacts);
-        chunk.interpolation = Interpolation::Quintic as u64;
         chunk.brake_at = part.stop.brake_at;
         chunk.brake_duration = part.stop.brake_duration;
         chunk.resume_duration = part.stop.resume_duration;
-        write_waypoints(chunk, waypoints);
         if let Some(last) = self.last_timed {
             let follows_rests = at > 0 && self.finalized.is_resting[at - 1];
             let time = if follows_rests { chunk.waypoints[0].time } else { last.time };
