@@ -12,9 +12,6 @@ use crate::relaxation::tuning::{
     COLUMNS_MAX, CURVE_RADIUS, FOOT_SINK, TOLERANCE, TOUCHING, VISITS_PER_UNIT,
 };
 
-/// The offsets of a column and of the eight around it.
-const AROUND: [[i32; 2]; 9] =
-    [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [1, -1], [-1, 1], [-1, -1]];
 /// Steps that a part of a leg that is not covered counts for: its ends are at most as many voxels
 /// apart.
 const GAP_STEPS: u32 = 3;
@@ -171,7 +168,7 @@ impl CurveSearch {
         fresh: u64,
     ) -> u32 {
         let mut tested = 0;
-        for other in AROUND.iter().filter_map(|&offset| grid.neighbor(column, offset)) {
+        for other in grid.around(column) {
             let new = spread(fresh, 1) & within[other] & !self.legs.voxels[other];
             let (open, count) = self.free.test(grid, collision, (other, new), CURVE_RADIUS);
             tested += count;
@@ -238,7 +235,7 @@ impl CurveSearch {
             if is_open(column) {
                 return Some(RootWay::Open);
             }
-            for other in AROUND.iter().filter_map(|&offset| grid.neighbor(column, offset)) {
+            for other in grid.around(column) {
                 let beside = spread(fresh, 1);
                 self.note_blocked(grid, goal, other, beside & self.free.filled[other]);
                 let within = self.legs.voxels[other] & near[other];

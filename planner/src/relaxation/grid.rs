@@ -8,6 +8,10 @@ use crate::relaxation::tuning::{CELL_MAX, CELL_MIN, COLUMNS_MAX, DISC_MAX};
 /// Voxels of a column.
 pub(crate) const LEVELS: usize = 64;
 
+/// The offsets of a column and of the eight around it.
+const AROUND: [[i32; 2]; 9] =
+    [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [1, -1], [-1, 1], [-1, -1]];
+
 /// The place of a grid. Columns have an index, voxels of a column a level.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Grid {
@@ -108,6 +112,11 @@ impl Grid {
         let [x, y] = self.place(column);
         let (x, y) = (x.checked_add_signed(dx as isize)?, y.checked_add_signed(dy as isize)?);
         (x < self.size[0] && y < self.size[1]).then(|| y * self.size[0] + x)
+    }
+
+    /// A column and the eight around it, as far as they are in the grid.
+    pub fn around(&self, column: usize) -> impl Iterator<Item = usize> + '_ {
+        AROUND.iter().filter_map(move |&offset| self.neighbor(column, offset))
     }
 
     /// Whether a column is at most `distance` (m) from the grid's border.

@@ -87,9 +87,7 @@ impl StepSearch {
 
     /// The reached levels of a column and of the eight around it.
     pub fn reached_around(&self, grid: &Grid, column: usize) -> u64 {
-        let offsets = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [dx, dy]));
-        let columns = offsets.filter_map(|offset| grid.neighbor(column, offset));
-        columns.fold(0, |all, other| all | self.reached[other])
+        grid.around(column).fold(0, |all, other| all | self.reached[other])
     }
 
     /// Whether the reached ground ends beside a column.
