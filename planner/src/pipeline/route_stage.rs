@@ -188,12 +188,10 @@ impl RouteStage {
     /// Grows the trees by at most `budget` units of work. The steps along the first route are as
     /// narrow as the robot walks; where no walk is found on it, others have wider ones.
     fn grow(&mut self, context: &PlanningContext, search: &mut Search, budget: u64) -> Progress {
-        let mut stance_width = self.stance_width;
-        if search.stats.routes == 0 {
-            stance_width = stance_width.min(context.preparation.step_limits().walking_width());
-        } else {
+        if search.stats.routes > 0 {
             search.route.widen_stances();
         }
+        let stance_width = self.stance_width.min(search.route.route().walking_width());
         let (progress, spent) = search.route.advance(&self.context(context, stance_width), budget);
         self.work_before_relaxation = self.work_before_relaxation.saturating_sub(spent);
         search.stats.work += spent;

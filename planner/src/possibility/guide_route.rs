@@ -57,6 +57,11 @@ impl GuideRoute {
         self.stance_width[0] = start.stance_width;
     }
 
+    /// Largest stance width between the ends, m; infinite where it is as there.
+    pub(crate) fn walking_width(&self) -> f64 {
+        self.walking_width
+    }
+
     /// Lets stances be as wide between the ends as there.
     pub(crate) fn widen_stances(&mut self) {
         self.walking_width = f64::INFINITY;
