@@ -117,11 +117,6 @@ impl ChunkStage {
         self.timed.as_ref().map(TimedChunks::binding)
     }
 
-    /// The name of a joint, where motions are timed.
-    pub fn joint_name(&self, joint: usize) -> Option<&str> {
-        self.timed.as_ref().and_then(|timed| timed.joint_name(joint))
-    }
-
     /// The chunks that are final, also while the plan is made: a complete plan begins with them.
     pub fn final_chunks(&self) -> &[PlanChunk] {
         self.chunks.finalized()

@@ -81,6 +81,7 @@ pub struct Planner {
     pub(crate) search: Search,
     pub(crate) stages: Stages,
     pub(crate) stage: Stage,
+    pub(crate) joint_names: Vec<String>,
 }
 
 /// The stages that have a state.
@@ -191,7 +192,7 @@ impl Planner {
 
     /// Advances the current stage, and takes the next one from the table.
     fn step_stage(&mut self, budget: u64) {
-        let Self { context, search, stages, stage } = self;
+        let Self { context, search, stages, stage, .. } = self;
         let before = search.stats.work;
         let event = stages.step(*stage, context, search, budget);
         if let Some(category) = stage.category() {
@@ -237,9 +238,9 @@ impl Planner {
         self.stages.chunks.binding().filter(|_| self.has_found())
     }
 
-    /// The name of a joint whose limits bind a smooth motion.
+    /// The name of a joint.
     pub fn joint_name(&self, joint: usize) -> Option<&str> {
-        self.stages.chunks.joint_name(joint)
+        self.joint_names.get(joint).map(String::as_str)
     }
 
     /// The digest of the plan's chunks, once found.

@@ -213,7 +213,8 @@ impl<'a> PlannerBuilder<'a> {
             chunks: ChunkStage::new(self.chunks(&context), self.timing()),
             method,
         };
-        let mut planner = Planner { context, search, stages, stage: Stage::Endpoints };
+        let joint_names = self.model.joints.iter().map(|joint| joint.name.clone()).collect();
+        let mut planner = Planner { context, search, stages, stage: Stage::Endpoints, joint_names };
         self.begin_in_rest_state(&mut planner)?;
         for (world_from_sole, half_sides) in &self.keep_out {
             planner.context.constraints.collision.add_keep_out_zone(world_from_sole, *half_sides);

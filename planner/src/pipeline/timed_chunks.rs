@@ -75,11 +75,6 @@ impl TimedChunks {
         &self.binding
     }
 
-    /// The name of a joint.
-    pub fn joint_name(&self, joint: usize) -> Option<&str> {
-        self.timing.joint_name(joint)
-    }
-
     /// Writes what happened so far.
     pub fn count(&self, stats: &mut SearchStats) {
         let Counts { earlier, without_stop, untimed_pieces } = self.counts;

@@ -327,11 +327,6 @@ impl PathTiming {
         self.timed.spans()
     }
 
-    /// The name of a joint.
-    pub fn joint_name(&self, joint: usize) -> Option<&str> {
-        self.robot.joint_name(joint)
-    }
-
     /// Adds how long each limit binds the unrounded motion of a span.
     pub fn add_binding_times(&self, span: usize, times: &mut BindingTimes) {
         let Self { timed, profile, .. } = self;

@@ -105,20 +105,6 @@ impl TimedPath {
         span + usize::from(is_over)
     }
 
-    /// The emitted motion at a time within a span.
-    pub fn emitted_at(
-        &self,
-        path: Path<'_>,
-        span: usize,
-        times: &SpanTimes,
-        time: f64,
-    ) -> Waypoint {
-        let part = (time - times.begin) / (times.end - times.begin);
-        let index = ((part * times.intervals as f64) as usize).min(times.intervals - 1);
-        let [here, next] = [index, index + 1].map(|index| self.state(path, span, times, index));
-        Interpolation::Quintic.between(&here, &next, time)
-    }
-
     /// The span at a time, and the rates along the path there at another speed.
     fn slowed(&self, time: f64, rate: f64, change: f64) -> (usize, PathRates) {
         let at = self.law.at(time);

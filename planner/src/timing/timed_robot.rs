@@ -35,7 +35,6 @@ pub struct TimedRobot {
     sole_areas: [f64; 2],
     joints_len: usize,
     mass: f64,
-    joint_names: Vec<String>,
 }
 
 /// The contacts of a span, as all of its points share them.
@@ -74,15 +73,9 @@ impl TimedRobot {
             sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
-            joint_names: model.joints.iter().map(|joint| joint.name.clone()).collect(),
             limits,
             dynamics,
         }
-    }
-
-    /// The name of a joint.
-    pub(super) fn joint_name(&self, joint: usize) -> Option<&str> {
-        self.joint_names.get(joint).map(String::as_str)
     }
 
     /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
