@@ -352,8 +352,8 @@ impl PathTiming {
         let [begin, end] = [&points[0], &points[points.len() - 1]].map(|point| point.parameter);
         let mut waypoint = state_at(points, parameter).rested();
         let progress = (parameter - begin) / (end - begin);
-        let within = (Level::Bare, &LoadSchedule::beside(path.spans, span), progress);
-        self.robot.write_torques(known, within, &mut waypoint);
+        let at = (&LoadSchedule::beside(path.spans, span), progress);
+        self.robot.write_torques(known, Level::Bare, at, &mut waypoint);
         waypoint
     }
 
@@ -391,8 +391,8 @@ impl PathTiming {
         let (node, _) = self.timed.node_before(span, position);
         let schedule = LoadSchedule::beside(path.spans, span);
         let progress = index as f64 / times.intervals as f64;
-        let within = (self.timed.nodes[node].level, &schedule, progress);
-        self.robot.write_torques(&path.spans[span], within, &mut waypoint);
+        let level = self.timed.nodes[node].level;
+        self.robot.write_torques(&path.spans[span], level, (&schedule, progress), &mut waypoint);
         waypoint
     }
 }
