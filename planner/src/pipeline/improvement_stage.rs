@@ -3,8 +3,8 @@
 //!
 //! Most of a walk does not change with a foothold. So a window of a few steps is chosen, its walk
 //! is smoothed and timed from rest to rest, and so are other walks between the same ends. A
-//! faster one goes into a draft. Now and then all of the draft is smoothed and timed; it becomes the
-//! best plan where it takes less time.
+//! faster one goes into a draft. Now and then all of the draft is smoothed and timed; it becomes
+//! the best plan where it takes less time.
 
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
