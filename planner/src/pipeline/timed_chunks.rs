@@ -65,6 +65,14 @@ impl TimedChunks {
         }
     }
 
+    /// Begins another path.
+    pub fn begin(&mut self) {
+        self.timing.begin();
+        (self.first, self.pieces, self.written) = (0, [0; OPEN_PIECES + 1], 0);
+        (self.untimed_end, self.brake_after) = (None, 0.0);
+        (self.counts, self.binding) = (Counts::default(), BindingTimes::default());
+    }
+
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.timing.bytes()
@@ -109,6 +117,25 @@ impl TimedChunks {
             return self.write_untimed(path, end, chunks).map(Some);
         }
         if is_complete { Ok(None) } else { self.time_next(path).map(Some) }
+    }
+
+    /// Adds the next span to one timing of all spans, which writes nothing, or makes that. Returns
+    /// the work units spent, and at the end the duration (s) where there is a timing.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn advance_at_once(
+        &mut self,
+        path: Path<'_>,
+    ) -> Result<(u64, Option<Option<f64>>), ArenaFull> {
+        let known = self.timing.spans();
+        if let Some(span) = path.spans.get(known) {
+            self.timing.add_span(path)?;
+            return Ok((UNITS_PER_POINT * (span.last - span.first + 1) as u64, None));
+        }
+        let is_timed = known > 0 && self.timing.solve(path, 0, 0);
+        let seconds = is_timed.then(|| self.timing.span_times(known - 1).end);
+        Ok((UNITS_PER_POINT * path.points.len() as u64, Some(seconds)))
     }
 
     /// Adds the next span, and times the path up to its end where a foot lands there. Returns the
