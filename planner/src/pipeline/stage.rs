@@ -35,9 +35,9 @@ pub enum Stage {
     Recovery,
     /// Motions are shortened [Grey 4.4.6].
     Shortcuts,
-    /// The smooth path over the plan is made.
+    /// The next part of the smooth path over the plan is made.
     SmoothPath,
-    /// The plan's chunks are written and finalized.
+    /// The plan's chunks are written and finalized, as far as the path is made.
     Chunks,
     /// Another method than the stages from `Route` to `Recovery` searches the walk.
     Method,
@@ -113,6 +113,10 @@ pub enum Event {
     NeedsFootholds,
     /// Footholds beyond the reach of primitives are to be connected.
     LongSteps,
+    /// The next part of the smooth path is to be made.
+    NeedsPath,
+    /// No smooth path continues the part that does not change any more.
+    Blocked,
     /// The plan is complete.
     Found,
 }
