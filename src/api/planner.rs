@@ -346,7 +346,8 @@ impl Planner {
             }
             Outcome::BudgetExhausted(_)
             | Outcome::NotExpressible(_)
-            | Outcome::MethodExhausted(_) => {
+            | Outcome::MethodExhausted(_)
+            | Outcome::NoContinuation => {
                 Err(PlanError::BudgetExhausted { work: search.stats().work })
             }
             Outcome::ArenaFull(full) => Err(PlanError::ArenaFull { parameter: full.parameter() }),

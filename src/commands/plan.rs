@@ -1,5 +1,5 @@
-//! `surefoot plan`: plans, and delivers the plan if an instance is named. Also the planner process
-//! of a walk.
+//! `surefoot plan`: plans, and delivers the plan if an instance is named: its first chunks while
+//! the rest of it is made. Also the planner process of a walk.
 //!
 //! If the controller encounters a world that differs from the planner's, the rest of the plan is
 //! planned again from the robot's rest state in the corrected world.
@@ -7,15 +7,18 @@
 pub mod planning_task;
 
 mod described_publisher;
+mod growing_plan;
 mod request_queue;
 mod serve;
 mod totals;
 
+use std::cell::{Cell, RefCell};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use surefoot_planner::Planner;
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
+use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::PlanChunk;
@@ -23,18 +26,19 @@ use surefoot_shared_types::plan_file::write::{plan_from_chunks, text_of};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
 
 use crate::cli::arguments::PlanArguments;
-use crate::commands::search_loop;
+use crate::commands::search_loop::{SearchLoop, Searched};
 use crate::commands::session::{FinishArguments, finish, prepare_process};
 use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::report::event::{PlanResult, RoleEvent};
+use crate::report::event::{Delivered, PlanResult, Planned, RoleEvent};
 use crate::report::liveness;
 use crate::report::reporter::Reporter;
 use crate::report::run_report::Report;
 use crate::system::clock::Stopwatch;
 use crate::system::{memory, signals, terminal};
 
+use crate::commands::plan::growing_plan::{Callbacks, GrowingPlan, OpenSearch};
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::totals::Totals;
 
@@ -112,25 +116,31 @@ impl Run<'_> {
         task.improve = self.arguments.search.improve;
         let mut totals = Totals::default();
         loop {
-            let (planner, is_found) = self.plan(&mut task)?;
-            if !is_found {
-                return Ok(Some((task, planner)));
+            let mut open = self.search(&mut task)?;
+            if open.has_failed() && open.planner.final_chunks().is_empty() {
+                self.report_failure(&task, open.planned.take(), &open.planner)?;
+                return Ok(Some((task, open.planner)));
             }
-            self.export(&task, planner.chunks())?;
-            let Some(publisher) = &mut publisher else { return Ok(Some((task, planner))) };
-            let delivery = self.deliver(publisher, planner.chunks())?;
+            let Some(publisher) = &mut publisher else {
+                self.finish(&task, &mut open)?;
+                return Ok(Some((task, open.planner)));
+            };
+            let (delivery, first_chunk_seconds) = self.deliver(publisher, &task, &mut open)?;
             totals.add(&delivery);
             let feedback = delivery.feedback.filter(|_| {
                 totals.replans < self.arguments.search.replans_max
                     && may_replan(&delivery, task.rest_state.is_some())
             });
             let Some(feedback) = feedback else {
-                self.emit(&RoleEvent::Delivered(totals.delivered(&delivery)))?;
-                return Ok(Some((task, planner)));
+                let delivered = Delivered { first_chunk_seconds, ..totals.delivered(&delivery) };
+                self.emit(&RoleEvent::Delivered(delivered))?;
+                self.report_failure(&task, open.planned.take(), &open.planner)?;
+                return Ok(Some((task, open.planner)));
             };
             totals.withdraw(&delivery);
-            task =
-                task.after(&self.inputs, &feedback, planner.chunks(), planner.retrace().chunks)?;
+            let OpenSearch { planner, .. } = open;
+            let retraced = planner.retrace().chunks;
+            task = task.after(&self.inputs, &feedback, planner.final_chunks(), retraced)?;
             self.emit(&RoleEvent::Replanning {
                 epoch: task.epoch,
                 corrections: feedback.corrections().len() as u64,
@@ -138,9 +148,9 @@ impl Run<'_> {
         }
     }
 
-    /// Searches. If no plan is found, searches again from a state that the robot retraces to.
-    /// Returns the planner, and whether it holds a plan.
-    fn plan(&mut self, task: &mut PlanningTask) -> Result<(Planner, bool), CommandError> {
+    /// Searches until the first chunk is final, or to the end. If no plan is found, searches again
+    /// from a state that the robot retraces to.
+    fn search(&mut self, task: &mut PlanningTask) -> Result<OpenSearch, CommandError> {
         let threads =
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
@@ -149,52 +159,110 @@ impl Run<'_> {
                 task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
             let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
             self.emit(&RoleEvent::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
-            let mut planned =
-                search_loop::run(&mut planner, task.scenario.planner.work_max, &mut |event| {
-                    self.emit(event)
-                })?;
-            let found = planned.result == PlanResult::Found;
-            if !found && task.may_retrace_further(&planner) {
+            let mut search = SearchLoop::begin(task.scenario.planner.work_max);
+            let searched = search.until_first_chunk(
+                &mut planner,
+                &mut |event| self.emit(event),
+                &mut || false,
+            )?;
+            let planned = match searched {
+                Searched::Ended(planned) => Some(*planned),
+                Searched::FirstChunk => None,
+                Searched::Interrupted => {
+                    self.emit(&RoleEvent::Planned(search.interrupted(&planner)))?;
+                    return Err(CommandError::interrupted());
+                }
+            };
+            let open = OpenSearch::new(planner, search, planned);
+            let is_empty = open.planner.final_chunks().is_empty();
+            if open.has_failed() && is_empty && task.may_retrace_further(&open.planner) {
                 self.emit(&RoleEvent::Retracing)?;
-                task.retrace_further(&planner);
+                task.retrace_further(&open.planner);
                 continue;
             }
-            if task.epoch > 0
-                && matches!(planned.result, PlanResult::StartInvalid | PlanResult::GoalInvalid)
-            {
-                // The scenario's stances were valid for the first plan, so this is a failed search.
-                planned.result = PlanResult::NoPlan;
-            }
-            if !found && self.arguments.role.report_lines {
-                // The supervisor ends this process when it knows that there is no plan.
-                self.draw(task, &planner)?;
-            }
-            self.emit(&RoleEvent::Planned(planned))?;
-            return Ok((planner, found));
+            return Ok(open);
         }
     }
 
+    /// Reports how a search ended without a plan, if it did.
+    fn report_failure(
+        &mut self,
+        task: &PlanningTask,
+        planned: Option<Planned>,
+        planner: &Planner,
+    ) -> Result<(), CommandError> {
+        let Some(mut planned) = planned.filter(|planned| planned.result != PlanResult::Found)
+        else {
+            return Ok(());
+        };
+        if task.epoch > 0
+            && matches!(planned.result, PlanResult::StartInvalid | PlanResult::GoalInvalid)
+        {
+            // The scenario's stances were valid for the first plan, so this is a failed search.
+            planned.result = PlanResult::NoPlan;
+        }
+        if self.arguments.role.report_lines {
+            // The supervisor ends this process when it knows that there is no plan.
+            self.draw(task, planner)?;
+        }
+        self.emit(&RoleEvent::Planned(planned))
+    }
+
+    /// Ends the search of a plan that is not delivered.
+    fn finish(&mut self, task: &PlanningTask, open: &mut OpenSearch) -> Result<(), CommandError> {
+        let run = RefCell::new(&mut *self);
+        open.finish(&mut Callbacks {
+            emit: &mut |event| run.borrow_mut().emit(event),
+            on_found: &mut |planner, planned| run.borrow_mut().record_found(task, planner, planned),
+        })?;
+        self.report_failure(task, open.planned.take(), &open.planner)
+    }
+
+    /// Reports a complete plan and writes its files.
+    fn record_found(
+        &mut self,
+        task: &PlanningTask,
+        planner: &Planner,
+        planned: &Planned,
+    ) -> Result<(), CommandError> {
+        self.emit(&RoleEvent::Planned(planned.clone()))?;
+        self.export(task, planner.chunks())
+    }
+
+    /// Delivers the chunks while they are made. Returns the delivery, and the time from the
+    /// beginning of the search until the first chunk was sent (s).
     fn deliver(
         &mut self,
         publisher: &mut PlanPublisher,
-        chunks: &[PlanChunk],
-    ) -> Result<Delivery, CommandError> {
-        let mut accepted = 0;
-        let total = chunks.len() as u64;
-        let plan = chunks.first().map(|chunk| (chunk.plan_id, chunk.epoch));
-        let delivery = publisher.deliver(
-            chunks,
+        task: &PlanningTask,
+        open: &mut OpenSearch,
+    ) -> Result<(Delivery, Option<f64>), CommandError> {
+        let begun = open.search.seconds();
+        let (mut accepted, total) = (0, Cell::new(0));
+        let run = RefCell::new(&mut *self);
+        let mut emit = |event: &RoleEvent| run.borrow_mut().emit(event);
+        let mut on_found = |planner: &Planner, planned: &Planned| {
+            total.set(planned.chunks);
+            run.borrow_mut().record_found(task, planner, planned)
+        };
+        let callbacks = Callbacks { emit: &mut emit, on_found: &mut on_found };
+        let mut plan = GrowingPlan::new(open, callbacks)?;
+        let delivery = publisher.deliver_from(
+            &mut plan,
             &mut |feedback| {
-                let is_of_plan = Some((feedback.plan_id, feedback.epoch)) == plan;
-                if is_of_plan && feedback.next_sequence.min(total) != accepted {
-                    accepted = feedback.next_sequence.min(total);
+                let is_of_plan = (feedback.plan_id, feedback.epoch) == (task.plan_id, task.epoch);
+                if is_of_plan && feedback.next_sequence != accepted {
+                    accepted = feedback.next_sequence;
+                    let chunks = total.get().max(accepted);
                     // The final event repeats the number, so a lost one does no harm.
-                    let _ = self.emit(&RoleEvent::Delivering { accepted, chunks: total });
+                    let _ = run.borrow_mut().emit(&RoleEvent::Delivering { accepted, chunks });
                 }
             },
             &liveness::keep_going,
         )?;
-        Ok(delivery)
+        plan.finish(delivery.outcome == DeliveryOutcome::Stopped)?;
+        let first_sent = delivery.first_sent.map(|sent| begun + sent.as_secs_f64());
+        Ok((delivery, first_sent))
     }
 
     fn export(&self, task: &PlanningTask, chunks: &[PlanChunk]) -> Result<(), CommandError> {

@@ -167,6 +167,9 @@ impl<'a> Waiting<'a> {
             Some(RequestState::Delivering) if self.request.kind == RequestKind::Cancel as u32 => {
                 "the robot finishes the chunks on their way".into()
             }
+            Some(RequestState::Delivering) if record.chunks == 0 => {
+                format!("{plan}: the robot walks while the rest of it is planned")
+            }
             Some(RequestState::Delivering) => {
                 format!("{plan}: found, {} chunks; the robot walks", record.chunks)
             }

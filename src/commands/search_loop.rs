@@ -32,48 +32,131 @@ pub fn run(
     work_max: u64,
     emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
 ) -> Result<Planned, CommandError> {
-    let watch = Stopwatch::start();
-    if let Some(planned) = run_until(planner, work_max, emit, &mut || false)? {
-        return Ok(planned);
-    }
-    let times = SearchTimes { plan: watch.seconds(), first_chunk: None };
-    emit(&RoleEvent::Planned(planned(planner, None, &times, 0)))?;
-    Err(CommandError::interrupted())
+    let mut search = SearchLoop::begin(work_max);
+    search.run(planner, emit)
 }
 
-/// Like [`run`], but returns `None` if a signal comes or `is_over` returns true between two steps.
-///
-/// # Errors
-/// Reporting fails.
-pub fn run_until(
-    planner: &mut Planner,
+/// What a search came to.
+#[derive(Debug)]
+pub enum Searched {
+    /// It has ended.
+    Ended(Box<Planned>),
+    /// The first chunk is final; the rest of the plan is to be made.
+    FirstChunk,
+    /// It was interrupted.
+    Interrupted,
+}
+
+/// A search that is advanced in steps, and its measurements.
+#[derive(Debug)]
+pub struct SearchLoop {
+    watch: Stopwatch,
     work_max: u64,
-    emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
-    is_over: &mut dyn FnMut() -> bool,
-) -> Result<Option<Planned>, CommandError> {
-    let watch = Stopwatch::start();
-    let mut allocations = 0;
-    let mut emitted_at = 0.0;
-    let mut first_chunk = None;
-    loop {
+    allocations: u64,
+    emitted_at: f64,
+    /// Time until the first chunk was final, s.
+    first_chunk: Option<f64>,
+}
+
+impl SearchLoop {
+    /// Begins a search with this limit of its work.
+    pub fn begin(work_max: u64) -> Self {
+        let watch = Stopwatch::start();
+        Self { watch, work_max, allocations: 0, emitted_at: 0.0, first_chunk: None }
+    }
+
+    /// Time since the search began, s.
+    pub fn seconds(&self) -> f64 {
+        self.watch.seconds()
+    }
+
+    /// Advances the search to its end, as [`run`] does.
+    ///
+    /// # Errors
+    /// A signal comes, or reporting fails.
+    pub fn run(
+        &mut self,
+        planner: &mut Planner,
+        emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
+    ) -> Result<Planned, CommandError> {
+        loop {
+            match self.until_first_chunk(planner, emit, &mut || false)? {
+                Searched::Ended(planned) => return Ok(*planned),
+                Searched::FirstChunk => {}
+                Searched::Interrupted => {
+                    emit(&RoleEvent::Planned(self.interrupted(planner)))?;
+                    return Err(CommandError::interrupted());
+                }
+            }
+        }
+    }
+
+    /// Advances the search until its first chunk is final or it ends, or until a signal comes or
+    /// `is_over` returns true between two steps. A search whose first chunk is final is advanced to
+    /// its end.
+    ///
+    /// # Errors
+    /// Reporting fails.
+    pub fn until_first_chunk(
+        &mut self,
+        planner: &mut Planner,
+        emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
+        is_over: &mut dyn FnMut() -> bool,
+    ) -> Result<Searched, CommandError> {
+        let had_chunk = self.first_chunk.is_some();
+        loop {
+            let work = (planner.stats().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
+            if let Some(planned) = self.step(planner, work, emit)? {
+                return Ok(Searched::Ended(Box::new(planned)));
+            }
+            if !had_chunk && self.first_chunk.is_some() {
+                return Ok(Searched::FirstChunk);
+            }
+            if signals::raised().is_some() || is_over() {
+                return Ok(Searched::Interrupted);
+            }
+        }
+    }
+
+    /// Advances the search by `work` units. Returns its result once it has ended.
+    ///
+    /// # Errors
+    /// Reporting fails.
+    pub fn step(
+        &mut self,
+        planner: &mut Planner,
+        work: u64,
+        emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
+    ) -> Result<Option<Planned>, CommandError> {
         let before = allocations::count();
-        let work = (planner.stats().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
         let status = planner.step_while(work, &liveness::keep_going);
-        allocations += allocations::count() - before;
-        if first_chunk.is_none() && !planner.final_chunks().is_empty() {
-            first_chunk = Some(watch.seconds());
+        self.allocations += allocations::count() - before;
+        if self.first_chunk.is_none() && !planner.final_chunks().is_empty() {
+            self.first_chunk = Some(self.watch.seconds());
         }
         if let Status::Done(outcome) = status {
-            let times = SearchTimes { plan: watch.seconds(), first_chunk };
-            return Ok(Some(planned(planner, Some(&outcome), &times, allocations)));
+            return Ok(Some(self.planned(planner, Some(&outcome))));
         }
-        if signals::raised().is_some() || is_over() {
-            return Ok(None);
+        if self.watch.seconds() - self.emitted_at > EMIT_INTERVAL_SECONDS {
+            self.emitted_at = self.watch.seconds();
+            emit(&RoleEvent::Planning(search_progress(planner, self.work_max)))?;
         }
-        if watch.seconds() - emitted_at > EMIT_INTERVAL_SECONDS {
-            emitted_at = watch.seconds();
-            emit(&RoleEvent::Planning(search_progress(planner, work_max)))?;
-        }
+        Ok(None)
+    }
+
+    /// What a search that is given up has found so far.
+    pub fn interrupted(&self, planner: &Planner) -> Planned {
+        self.planned(planner, None)
+    }
+
+    fn planned(&self, planner: &Planner, outcome: Option<&Outcome>) -> Planned {
+        let Self { allocations, first_chunk, .. } = *self;
+        planned(
+            planner,
+            outcome,
+            &SearchTimes { plan: self.watch.seconds(), first_chunk },
+            allocations,
+        )
     }
 }
 

@@ -280,7 +280,8 @@ impl From<&Outcome> for PlanResult {
             | Outcome::ArenaFull(_)
             | Outcome::Impossible(_)
             | Outcome::NotExpressible(_)
-            | Outcome::MethodExhausted(_) => Self::NoPlan,
+            | Outcome::MethodExhausted(_)
+            | Outcome::NoContinuation => Self::NoPlan,
             Outcome::StartInvalid(_) => Self::StartInvalid,
             Outcome::GoalInvalid(_) => Self::GoalInvalid,
         }
@@ -306,6 +307,9 @@ pub struct Delivered {
     pub margins: WorstMargins,
     /// The refusal, if there was one.
     pub refusal: Option<Refusal>,
+    /// Time from the beginning of the last search until its first chunk was sent, s.
+    #[serde(default)]
+    pub first_chunk_seconds: Option<f64>,
 }
 
 /// Kinds of results of a delivery.
@@ -314,6 +318,8 @@ pub struct Delivered {
 pub enum DeliveryResult {
     /// Every chunk is accepted.
     Accepted,
+    /// Every chunk is accepted, but the rest of the plan could not be made.
+    Incomplete,
     /// A chunk is refused.
     Refused,
     /// The controller executes a later plan of another planner.
@@ -406,6 +412,7 @@ impl From<&Delivery> for Delivered {
     fn from(delivery: &Delivery) -> Self {
         let (result, refusal) = match delivery.outcome {
             DeliveryOutcome::Accepted => (DeliveryResult::Accepted, None),
+            DeliveryOutcome::Incomplete => (DeliveryResult::Incomplete, None),
             DeliveryOutcome::Refused { sequence, check, waypoint } => (
                 DeliveryResult::Refused,
                 Some(Refusal::of(RefusedChunk { sequence, check, waypoint }, String::new())),
@@ -427,6 +434,7 @@ impl From<&Delivery> for Delivered {
                 .map(|feedback| WorstMargins::from(&feedback.margins))
                 .unwrap_or_default(),
             refusal,
+            first_chunk_seconds: None,
         }
     }
 }

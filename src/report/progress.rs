@@ -93,7 +93,9 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, event: &RoleEvent) {
             ));
         }
         RoleEvent::Delivering { accepted, chunks } => {
-            bar.get_or_insert_with(|| new_bar(*chunks, WALKING)).set_position(*accepted)
+            let bar = bar.get_or_insert_with(|| new_bar(*chunks, WALKING));
+            bar.set_length(*chunks);
+            bar.set_position(*accepted);
         }
         RoleEvent::Planned(_)
         | RoleEvent::Delivered(_)

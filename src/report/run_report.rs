@@ -35,7 +35,8 @@ pub struct Report {
     pub ready_seconds: Option<f64>,
     /// Time of the search, s.
     pub plan_seconds: Option<f64>,
-    /// Time of the search until the first chunk was final, s.
+    /// Time of the search until the first chunk was sent, s; without a delivery, until it was
+    /// final.
     pub first_chunk_seconds: Option<f64>,
     /// Time that the controller spent checking, s.
     pub check_seconds: Option<f64>,
@@ -231,8 +232,10 @@ impl Report {
         let unanswered = sent.saturating_sub(delivered.accepted + delivered.withdrawn);
         let is_stopped = delivered.result == DeliveryResult::Stopped;
         self.delivery_result = Some(delivered.result);
+        self.first_chunk_seconds = delivered.first_chunk_seconds;
         self.outcome = match delivered.result {
             DeliveryResult::Accepted => "accepted",
+            DeliveryResult::Incomplete => "incomplete",
             DeliveryResult::Refused => "refused",
             DeliveryResult::Superseded => "superseded",
             DeliveryResult::ControllerLost => "controller_lost",
@@ -310,6 +313,7 @@ mod tests {
             duplicated: 1,
             margins: WorstMargins::default(),
             refusal,
+            first_chunk_seconds: Some(0.25),
         })
     }
 

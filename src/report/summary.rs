@@ -119,6 +119,9 @@ fn headline(report: &Report) -> String {
     match report.delivery_result() {
         None => found.to_owned(),
         Some(DeliveryResult::Accepted) => format!("{found}, walked and accepted"),
+        Some(DeliveryResult::Incomplete) => {
+            format!("{found}; the robot stands where the chunks made before lead")
+        }
         Some(DeliveryResult::Refused) => format!("{found}, but refused by the controller"),
         Some(DeliveryResult::Superseded) => {
             format!("{found}, but another planner has replanned")

@@ -24,6 +24,7 @@ use surefoot_shared_types::message::{Description, Feedback, PlanChunk, WithCrc};
 
 pub use surefoot_shared_types::instance::error::ChannelError;
 
+use crate::channel::chunk_source::{ChunkSource, CompletePlan, SourceState};
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
 use crate::channel::tuning::{
     CLEANUP_INTERVAL, IDLE_HEARTBEATS, LOST_AFTER, NO_READER_MAX, POLL_GAP_MAX, RECONNECT_GO_BACKS,
@@ -46,6 +47,8 @@ pub struct Delivery {
     pub accepted: u64,
     /// The last feedback, if any arrived.
     pub feedback: Option<Feedback>,
+    /// Time from the beginning of the delivery until the first chunk was sent, if one was.
+    pub first_sent: Option<Duration>,
 }
 
 /// Sends chunks to the current controller of an instance.
@@ -68,12 +71,11 @@ struct ReadyChunk {
 }
 
 /// State of a delivery between two polls.
-struct DeliveryState<'a> {
-    window: SendWindow<'a>,
+struct DeliveryState {
+    window: SendWindow,
     ready: Option<ReadyChunk>,
     last_feedback: Option<Feedback>,
-    /// Time of the delivery's beginning.
-    began_at: Instant,
+    begin: DeliveryBegin,
     /// Time of the last poll.
     polled_at: Instant,
     /// Time without feedback, gaps between polls limited to [`POLL_GAP_MAX`].
@@ -89,6 +91,12 @@ struct DeliveryState<'a> {
     /// Whether no reader took the last chunk. Then there is no controller, and the planner blocks
     /// before it sends again.
     has_no_reader: bool,
+}
+
+/// Times at which a delivery began, and at which its first chunk was sent.
+struct DeliveryBegin {
+    at: Instant,
+    first_sent_at: Option<Instant>,
 }
 
 /// Times of the ports in a delivery.
@@ -227,10 +235,25 @@ impl PlanPublisher {
         on_progress: &mut dyn FnMut(&Feedback),
         keep_going: &dyn Fn() -> bool,
     ) -> Result<Delivery, ChannelError> {
+        self.deliver_from(&mut CompletePlan(chunks), on_progress, keep_going)
+    }
+
+    /// Like [`PlanPublisher::deliver`], of a plan that is made meanwhile: between two polls
+    /// `source` makes chunks. Where it ends without a last chunk, those made are delivered all the
+    /// same.
+    ///
+    /// # Errors
+    /// As [`PlanPublisher::deliver`].
+    pub fn deliver_from(
+        &mut self,
+        source: &mut dyn ChunkSource,
+        on_progress: &mut dyn FnMut(&Feedback),
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Delivery, ChannelError> {
         self.loans.refill(LOANS_AHEAD)?;
-        let mut state =
-            DeliveryState::new(SendWindow::new(chunks, self.session, self.window_chunks)?);
+        let mut state = DeliveryState::new(SendWindow::new(self.session, self.window_chunks));
         loop {
+            state.window.extend(source.chunks(), source.state())?;
             self.receive_feedback(&mut state, on_progress)?;
             let outcome = state.window.outcome(state.age());
             let outcome = outcome.or_else(|| self.abort_outcome(&state, keep_going));
@@ -240,11 +263,14 @@ impl PlanPublisher {
             if state.progress_at.elapsed() > RESEND_AFTER && state.window.go_back() {
                 state.progress_at = now();
             }
-            let sent = self.send_open_window(&mut state)?;
+            let sent = self.send_open_window(&mut state, source.chunks())?;
             self.clean_up_if_silent(&mut state);
             self.reconnect_if_stalled(&mut state)?;
-            if sent == 0 {
-                self.prepare_or_sleep(&mut state)?;
+            if sent == 0 && !self.prepare(&mut state, source.chunks())? {
+                match source.state() {
+                    SourceState::Open => source.advance(),
+                    _ => self.sleep_if_idle(&mut state)?,
+                }
             }
         }
     }
@@ -252,7 +278,7 @@ impl PlanPublisher {
     /// Evaluates all feedback that has arrived.
     fn receive_feedback(
         &self,
-        state: &mut DeliveryState<'_>,
+        state: &mut DeliveryState,
         on_progress: &mut dyn FnMut(&Feedback),
     ) -> Result<(), ChannelError> {
         state.add_silence();
@@ -277,19 +303,26 @@ impl PlanPublisher {
         Ok(())
     }
 
-    /// Writes the next chunk into shared memory. Otherwise polls again soon after activity; later
-    /// refills the loan pool and waits for the wake pipe.
-    fn prepare_or_sleep(&mut self, state: &mut DeliveryState<'_>) -> Result<(), ChannelError> {
-        let has_no_reader = std::mem::take(&mut state.has_no_reader);
+    /// Writes the next chunk into shared memory, if it is not there yet. Returns whether it did.
+    fn prepare(
+        &mut self,
+        state: &mut DeliveryState,
+        chunks: &[PlanChunk],
+    ) -> Result<bool, ChannelError> {
         let next = state
             .window
             .next_chunk()
-            .filter(|_| !has_no_reader)
+            .filter(|_| !state.has_no_reader)
             .filter(|next| state.ready.as_ref().is_none_or(|ready| ready.target != *next));
         if let Some(next) = next {
-            state.ready = Some(self.write_ready(state.window.chunk(next.0), next)?);
-            return Ok(());
+            state.ready = Some(self.write_ready(&chunks[next.0], next)?);
         }
+        Ok(next.is_some())
+    }
+
+    /// Polls again soon after activity; later refills the loan pool and waits for the wake pipe.
+    fn sleep_if_idle(&mut self, state: &mut DeliveryState) -> Result<(), ChannelError> {
+        let has_no_reader = std::mem::take(&mut state.has_no_reader);
         if !has_no_reader && keep_polling(state.polled_at.duration_since(state.active_at)) {
             return Ok(());
         }
@@ -303,7 +336,7 @@ impl PlanPublisher {
     /// The outcome if the caller or the silence of the controller ends the delivery.
     fn abort_outcome(
         &self,
-        state: &DeliveryState<'_>,
+        state: &DeliveryState,
         keep_going: &dyn Fn() -> bool,
     ) -> Option<DeliveryOutcome> {
         if !keep_going() {
@@ -313,12 +346,16 @@ impl PlanPublisher {
     }
 
     /// Sends the chunks that the window allows, until no reader receives one. Returns their number.
-    fn send_open_window(&mut self, state: &mut DeliveryState<'_>) -> Result<usize, ChannelError> {
+    fn send_open_window(
+        &mut self,
+        state: &mut DeliveryState,
+        chunks: &[PlanChunk],
+    ) -> Result<usize, ChannelError> {
         let mut sent = 0;
         while let Some(target) = state.window.to_send() {
             let ready = match state.ready.take().filter(|ready| ready.target == target) {
                 Some(ready) => ready,
-                None => self.write_ready(state.window.chunk(target.0), target)?,
+                None => self.write_ready(&chunks[target.0], target)?,
             };
             if send(ready)? == 0 {
                 state.has_no_reader = true;
@@ -327,6 +364,7 @@ impl PlanPublisher {
             }
             state.ports.unread_since = None;
             state.window.record_sent();
+            state.begin.first_sent_at.get_or_insert_with(now);
             sent += 1;
         }
         if sent > 0 {
@@ -357,7 +395,7 @@ impl PlanPublisher {
 
     /// Makes the ports anew where messages do not arrive: iceoryx2 does not repeat a connection
     /// that failed, for example because a process was killed at that moment.
-    fn reconnect_if_stalled(&mut self, state: &mut DeliveryState<'_>) -> Result<(), ChannelError> {
+    fn reconnect_if_stalled(&mut self, state: &mut DeliveryState) -> Result<(), ChannelError> {
         let is_unread = state.unread_for().is_some_and(|time| time > RECONNECT_INTERVAL);
         let is_stalled = state.silence > RECONNECT_INTERVAL
             || is_unread
@@ -385,7 +423,7 @@ impl PlanPublisher {
     }
 
     /// Frees the resources of dead processes, so that a restarted controller can connect.
-    fn clean_up_if_silent(&self, state: &mut DeliveryState<'_>) {
+    fn clean_up_if_silent(&self, state: &mut DeliveryState) {
         if state.silence > CLEANUP_INTERVAL && state.cleaned_up_at.elapsed() > CLEANUP_INTERVAL {
             self.participant.clean_up_dead();
             state.cleaned_up_at = now();
@@ -393,8 +431,8 @@ impl PlanPublisher {
     }
 }
 
-impl<'a> DeliveryState<'a> {
-    fn new(window: SendWindow<'a>) -> Self {
+impl DeliveryState {
+    fn new(window: SendWindow) -> Self {
         let start = now();
         let (polled_at, active_at, progress_at, cleaned_up_at) = (start, start, start, start);
         let silence = Duration::ZERO;
@@ -402,7 +440,7 @@ impl<'a> DeliveryState<'a> {
             window,
             ready: None,
             last_feedback: None,
-            began_at: start,
+            begin: DeliveryBegin { at: start, first_sent_at: None },
             polled_at,
             silence,
             active_at,
@@ -423,7 +461,7 @@ impl<'a> DeliveryState<'a> {
 
     /// Time from the delivery's beginning to the last poll.
     fn age(&self) -> Duration {
-        self.polled_at.duration_since(self.began_at)
+        self.polled_at.duration_since(self.begin.at)
     }
 
     /// Time for which no reader took a chunk, if it is so.
@@ -439,6 +477,7 @@ impl<'a> DeliveryState<'a> {
             resent,
             accepted: self.window.acknowledged() as u64,
             feedback: self.last_feedback,
+            first_sent: self.begin.first_sent_at.map(|at| at.duration_since(self.begin.at)),
         }
     }
 }

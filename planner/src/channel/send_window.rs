@@ -1,5 +1,5 @@
 //! The send window: the chunk to send next, and the effect of the controller's feedback on it,
-//! without clock and transport.
+//! without clock and transport. The stream may grow while its first chunks are sent.
 //!
 //! At most a few chunks are in flight. Acknowledgements are cumulative; after a stall all
 //! unacknowledged chunks are sent again (go-back-N). An acknowledgement counts only if the stream
@@ -12,11 +12,12 @@
 
 use std::time::Duration;
 
-use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::sender::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
+use crate::channel::chunk_source::SourceState;
+use crate::channel::stream_outline::StreamOutline;
 use crate::channel::tuning::{
     CONFIRM_TIME, CONFIRMATIONS, CONTRADICTIONS_MAX, GO_BACKS_MAX, HORIZON_SECONDS,
     IDLE_HEARTBEATS, LOWER_ACKNOWLEDGEMENTS, TAKEOVER_SILENCE,
@@ -25,8 +26,11 @@ use crate::channel::tuning::{
 /// Result of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DeliveryOutcome {
-    /// The controller accepted every chunk.
+    /// The controller accepted every chunk of a complete stream.
     Accepted,
+    /// The controller accepted every chunk, and there is none that ends the stream: the robot
+    /// stands where it stops in the last one.
+    Incomplete,
     /// The controller refused a chunk and stops at the end of the one before.
     Refused {
         /// The refused chunk.
@@ -48,14 +52,15 @@ pub enum DeliveryOutcome {
 
 /// State of one delivery.
 #[cfg_attr(test, derive(Clone))]
-pub(crate) struct SendWindow<'a> {
-    chunks: &'a [PlanChunk],
+pub(crate) struct SendWindow {
+    stream: StreamOutline,
     session: u64,
     /// Most chunks in flight.
     size: usize,
     controllers: SenderTracker,
-    /// Digest of the whole stream.
-    end: Digest,
+    /// Whether the last feedback acknowledges chunks of this plan that are not made yet. A
+    /// predecessor of this planner sent them; none is sent until they are made.
+    is_behind: bool,
     progress: StreamProgress,
     stall: StallDetection,
     disputes: Disputes,
@@ -102,30 +107,34 @@ struct Disputes {
     contradictions: u32,
 }
 
-impl<'a> SendWindow<'a> {
-    /// A window of `size` chunks over a whole stream, of which none is acknowledged.
-    ///
-    /// # Errors
-    /// [`ChannelError::Stream`] if the chunks are not one complete stream in order.
-    pub(crate) fn new(
-        chunks: &'a [PlanChunk],
-        session: u64,
-        size: usize,
-    ) -> Result<Self, ChannelError> {
-        let end = check_stream(chunks)?;
-        Ok(Self {
-            chunks,
+impl SendWindow {
+    /// A window of `size` chunks over a stream that has no chunks so far.
+    pub(crate) fn new(session: u64, size: usize) -> Self {
+        Self {
+            stream: StreamOutline::default(),
             session,
             size,
             controllers: SenderTracker::default(),
-            end,
+            is_behind: false,
             progress: StreamProgress::default(),
             stall: StallDetection::default(),
             disputes: Disputes::default(),
             refusal: None,
             sent: 0,
             resent: 0,
-        })
+        }
+    }
+
+    /// Takes the chunks made so far, and whether more are to follow.
+    ///
+    /// # Errors
+    /// [`ChannelError::Stream`] if the chunks are not one stream in order.
+    pub(crate) fn extend(
+        &mut self,
+        chunks: &[PlanChunk],
+        state: SourceState,
+    ) -> Result<(), ChannelError> {
+        self.stream.extend(chunks, state)
     }
 
     /// Evaluates the feedback of a controller at the time `at` of the delivery, after `silence`
@@ -146,6 +155,7 @@ impl<'a> SendWindow<'a> {
             self.disputes.contradictions += 1;
         }
         let is_new = feedback.count != self.stall.last_count;
+        self.is_behind = self.acknowledges_more(feedback);
         self.advance(self.acknowledged_in(feedback), feedback);
         self.refusal = self.refusal_in(feedback).or_else(|| self.supersession_in(feedback));
         self.disputes.contradictions += u32::from(claim.is_some() && self.claim() != claim);
@@ -160,7 +170,7 @@ impl<'a> SendWindow<'a> {
     /// Index of the chunk to send now and its controller, if the window is open.
     pub(crate) fn to_send(&self) -> Option<(usize, u64)> {
         let StreamProgress { acknowledged, next, .. } = self.progress;
-        let is_open = self.refusal.is_none() && next < acknowledged + self.size;
+        let is_open = self.refusal.is_none() && !self.is_behind && next < acknowledged + self.size;
         self.next_chunk().filter(|_| is_open && self.is_within_horizon())
     }
 
@@ -168,20 +178,14 @@ impl<'a> SendWindow<'a> {
     /// may always be in flight.
     fn is_within_horizon(&self) -> bool {
         let StreamProgress { acknowledged, next, .. } = self.progress;
-        let start =
-            |index: usize| self.chunks.get(index).map_or(0.0, |chunk| chunk.waypoints[0].time);
+        let start = |index: usize| self.stream.begins.get(index).map_or(0.0, |begin| begin.time);
         next < acknowledged + 2 || start(next) - start(acknowledged) < HORIZON_SECONDS
     }
 
     /// Index of the chunk to send next and its controller, whether the window is open or not.
     pub(crate) fn next_chunk(&self) -> Option<(usize, u64)> {
         let controller = self.controllers.current()?;
-        (self.progress.next < self.chunks.len()).then_some((self.progress.next, controller))
-    }
-
-    /// The chunk of an index.
-    pub(crate) fn chunk(&self, index: usize) -> &'a PlanChunk {
-        &self.chunks[index]
+        (self.progress.next < self.stream.len()).then_some((self.progress.next, controller))
     }
 
     /// Records that the chunk of [`Self::to_send`] was sent.
@@ -223,8 +227,12 @@ impl<'a> SendWindow<'a> {
 
     /// The result that the last feedback claims.
     fn claim(&self) -> Option<DeliveryOutcome> {
-        let is_complete = self.progress.acknowledged == self.chunks.len();
-        is_complete.then_some(DeliveryOutcome::Accepted).or(self.refusal)
+        let is_over = self.progress.acknowledged == self.stream.len();
+        match self.stream.state {
+            SourceState::Complete if is_over => Some(DeliveryOutcome::Accepted),
+            SourceState::Ended if is_over => Some(DeliveryOutcome::Incomplete),
+            _ => self.refusal,
+        }
     }
 
     /// Go-backs without progress.
@@ -290,21 +298,21 @@ impl<'a> SendWindow<'a> {
     fn acknowledged_in(&self, feedback: &Feedback) -> Option<usize> {
         let accepted = usize::try_from(feedback.next_sequence).ok()?;
         let is_this_stream = self.is_this_plan(feedback)
-            && accepted <= self.chunks.len()
-            && (accepted == 0 || feedback.stream == self.stream_at(accepted));
+            && accepted <= self.stream.len()
+            && (accepted == 0 || feedback.stream == self.stream.digest_at(accepted));
         is_this_stream.then_some(accepted)
+    }
+
+    /// Whether the feedback acknowledges chunks of this plan that are not made yet.
+    fn acknowledges_more(&self, feedback: &Feedback) -> bool {
+        self.stream.state == SourceState::Open
+            && self.is_this_plan(feedback)
+            && feedback.next_sequence > self.stream.len() as u64
     }
 
     /// Whether the feedback is about this plan and epoch.
     fn is_this_plan(&self, feedback: &Feedback) -> bool {
-        self.chunks
-            .first()
-            .is_some_and(|chunk| (chunk.plan_id, chunk.epoch) == (feedback.plan_id, feedback.epoch))
-    }
-
-    /// The stream digest before the chunk of an index.
-    fn stream_at(&self, accepted: usize) -> Digest {
-        self.chunks.get(accepted).map_or(self.end, |chunk| chunk.stream)
+        self.stream.name == Some((feedback.plan_id, feedback.epoch))
     }
 
     /// A refusal that concerns this delivery: of this session, of this stream, or of a damaged
@@ -340,26 +348,11 @@ impl<'a> SendWindow<'a> {
 
     /// Supersession, if the controller executes a later epoch of this plan.
     fn supersession_in(&self, feedback: &Feedback) -> Option<DeliveryOutcome> {
-        let first = self.chunks.first()?;
-        let is_superseded = feedback.session != 0
-            && feedback.plan_id == first.plan_id
-            && feedback.epoch > first.epoch;
+        let (plan_id, epoch) = self.stream.name?;
+        let is_superseded =
+            feedback.session != 0 && feedback.plan_id == plan_id && feedback.epoch > epoch;
         is_superseded.then_some(DeliveryOutcome::Superseded)
     }
-}
-
-/// Checks that the chunks are one complete stream. Returns the digest of the whole.
-fn check_stream(chunks: &[PlanChunk]) -> Result<Digest, ChannelError> {
-    let Some(first) = chunks.first() else { return Err(ChannelError::Stream { index: 0 }) };
-    let mut stream = first.stream;
-    for (index, chunk) in chunks.iter().enumerate() {
-        let same_plan = (chunk.plan_id, chunk.epoch) == (first.plan_id, first.epoch);
-        if !same_plan || chunk.sequence != index as u64 || chunk.stream != stream {
-            return Err(ChannelError::Stream { index });
-        }
-        stream = chunk.stream_after();
-    }
-    Ok(stream)
 }
 
 #[cfg(test)]

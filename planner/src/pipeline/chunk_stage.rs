@@ -8,8 +8,9 @@ use crate::base::work_budget::items_in;
 use crate::motion::roadmap::ModeEdge;
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::{Search, SearchStats};
+use crate::pipeline::smooth_path_stage::SmoothPath;
 use crate::pipeline::stage::Event;
-use crate::pipeline::timed_chunks::TimedChunks;
+use crate::pipeline::timed_chunks::{Progress, TimedChunks};
 use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
 use crate::timing::limit::BindingTimes;
@@ -122,7 +123,8 @@ impl ChunkStage {
     }
 
     /// Writes the next motions and finalizes chunks before them, within `budget` units of work. The
-    /// pieces of a smooth `path`, and their chunks, are not divided by the budget.
+    /// pieces of a smooth `path`, and their chunks, are not divided by the budget; where more of
+    /// the path is needed, the stage ends.
     ///
     /// # Errors
     /// The waypoint arena is full.
@@ -130,7 +132,7 @@ impl ChunkStage {
         &mut self,
         context: &PlanningContext,
         search: &mut Search,
-        path: Option<Path<'_>>,
+        path: Option<SmoothPath<'_>>,
         budget: u64,
     ) -> Result<Event, ArenaFull> {
         if self.is_written {
@@ -139,10 +141,15 @@ impl ChunkStage {
         let (Some(timed), Some(path)) = (&mut self.timed, path) else {
             return self.write(context, search, budget);
         };
-        let units = timed.advance(path, &mut self.chunks)?;
-        search.stats.work += units.unwrap_or(1);
+        match timed.advance(path, &mut self.chunks)? {
+            Progress::NeedsPath => return Ok(Event::NeedsPath),
+            Progress::Spent(units) => search.stats.work += units,
+            Progress::Complete => {
+                search.stats.work += 1;
+                self.is_written = true;
+            }
+        }
         timed.count(&mut search.stats);
-        self.is_written = units.is_none();
         Ok(Event::Continue)
     }
 

@@ -34,6 +34,8 @@ pub enum Outcome {
     NotExpressible(&'static str),
     /// The chosen method has nothing left to try; why.
     MethodExhausted(&'static str),
+    /// No smooth motion continues the chunks that are final.
+    NoContinuation,
 }
 
 /// A bound of the budget, by the name of its parameter.
@@ -89,6 +91,10 @@ impl Outcome {
             Self::MethodExhausted(reason) => {
                 format!("no plan: the method has nothing left to try: {reason}")
             }
+            Self::NoContinuation => {
+                "no plan: no smooth motion continues the part that is final; quasi-static motion may"
+                    .into()
+            }
         }
     }
 
@@ -103,6 +109,7 @@ impl Outcome {
             Self::GoalInvalid(_) => "goal_invalid",
             Self::NotExpressible(_) => "not_expressible",
             Self::MethodExhausted(_) => "method_exhausted",
+            Self::NoContinuation => "no_continuation",
         }
     }
 

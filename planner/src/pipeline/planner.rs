@@ -146,21 +146,23 @@ impl Stages {
 }
 
 impl Planner {
-    /// Advances the search by at most `work` units, or to its end.
+    /// Advances the search by at most `work` units, to its first final chunk, or to its end.
     pub fn step(&mut self, work: u64) -> Status {
         self.step_while(work, &|| true)
     }
 
-    /// Advances the search by at most `work` units, or until `may_continue` returns `false`: it is
-    /// called now and then, for example to react to a signal. It has no influence on the plan.
+    /// Like [`Planner::step`], or until `may_continue` returns `false`: it is called now and then,
+    /// for example to react to a signal. It has no influence on the plan.
     pub fn step_while(&mut self, work: u64, may_continue: &(dyn Fn() -> bool + Sync)) -> Status {
         let until = self.search.stats.work.saturating_add(work);
+        let had_chunk = self.has_final_chunk();
         self.in_pool(|planner| {
             loop {
                 let left = until - planner.search.stats.work;
                 let status = planner.advance(left.min(WORK_PER_CALL), None);
                 if status != Status::Working
                     || planner.search.stats.work >= until
+                    || planner.has_final_chunk() != had_chunk
                     || !may_continue()
                 {
                     return status;
@@ -181,11 +183,18 @@ impl Planner {
         threads.run(|| advance(self))
     }
 
-    /// Advances by at most `work` units; with a category, only as long as the work counts for it.
+    fn has_final_chunk(&self) -> bool {
+        !self.final_chunks().is_empty()
+    }
+
+    /// Advances by at most `work` units, or to the first final chunk; with a category, only as long
+    /// as the work counts for it.
     fn advance(&mut self, work: u64, only: Option<WorkCategory>) -> Status {
         let until = self.search.stats.work.saturating_add(work).min(self.search.limits.work_max);
+        let had_chunk = self.has_final_chunk();
         while self.search.stats.work < until
             && (only.is_none() || only == self.stage.category())
+            && self.has_final_chunk() == had_chunk
             && self.stage != Stage::Over
         {
             self.step_stage(until - self.search.stats.work);
@@ -367,7 +376,7 @@ impl Planner {
     /// the searched motion, or was improved.
     pub fn smooth_path(&self) -> Option<(&[PathPoint], &[PathSpan])> {
         let is_of_plan = self.has_found() && self.improvement().is_none();
-        let path = self.stages.smooth_path.path().filter(|_| is_of_plan)?;
+        let path = self.stages.smooth_path.path().filter(|_| is_of_plan)?.path;
         Some((path.points, path.spans))
     }
 

@@ -1,19 +1,29 @@
 //! Makes the smooth path of a complete plan: the motion that is timed and executed.
 
 use crate::base::capacity::ArenaFull;
+use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
 use crate::smooth_path::smoother::{SearchedPlan, Smoother, SmoothingInputs};
 use crate::timing::path_point::Path;
 
-/// Makes the smooth path, one configuration for each unit of work. A plan without smooth motion
-/// passes the stage without work.
+/// Makes the smooth path, one configuration for each unit of work, and pauses where a further part
+/// of it can be timed. A plan without smooth motion passes the stage without work.
 #[derive(Debug)]
 pub(crate) struct SmoothPathStage {
     /// The path; none where plans keep the searched motion.
     smoother: Option<Smoother>,
     has_begun: bool,
+}
+
+/// The smooth path so far.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SmoothPath<'a> {
+    /// The part that does not change any more.
+    pub path: Path<'a>,
+    /// Whether that is all of it.
+    pub is_complete: bool,
 }
 
 impl SmoothPathStage {
@@ -23,7 +33,8 @@ impl SmoothPathStage {
         Self { smoother: is_smooth.then(|| Smoother::new(edges_max, points_max)), has_begun: false }
     }
 
-    /// Makes configurations within `budget` units of work.
+    /// Makes configurations within `budget` units of work, until another span does not change any
+    /// more.
     ///
     /// # Errors
     /// The arena of points is full.
@@ -46,7 +57,16 @@ impl SmoothPathStage {
         }
         let work_left = (inputs.plan.nodes.len() + roadmap.waypoints_len()) as u64;
         let (begin, smoothed_until) = (stats.work, limits.work_max.saturating_sub(work_left));
-        while !smoother.is_over() && stats.work - begin < budget {
+        let settled = smoother.path().spans.len();
+        while smoother.path().spans.len() == settled && stats.work - begin < budget {
+            if smoother.is_over() {
+                stats.searched_phases = smoother.searched_phases();
+                return Ok(Event::Done);
+            }
+            if smoother.is_blocked() {
+                search.outcome = Some(Outcome::NoContinuation);
+                return Ok(Event::Blocked);
+            }
             if stats.work >= smoothed_until {
                 smoother.abandon();
             }
@@ -55,18 +75,14 @@ impl SmoothPathStage {
             }
             stats.work += 1;
         }
-        if !smoother.is_over() {
-            return Ok(Event::Continue);
-        }
-        self.has_begun = false;
-        stats.searched_phases = smoother.searched_phases();
-        Ok(Event::Done)
+        let has_grown = smoother.path().spans.len() > settled;
+        Ok(if has_grown { Event::Done } else { Event::Continue })
     }
 
     /// The path of a plan; none where plans keep the searched motion.
-    pub fn path(&self) -> Option<Path<'_>> {
+    pub fn path(&self) -> Option<SmoothPath<'_>> {
         let smoother = self.smoother.as_ref()?;
-        Some(Path { points: smoother.points(), spans: smoother.spans() })
+        Some(SmoothPath { path: smoother.path(), is_complete: smoother.is_over() })
     }
 
     /// Bytes reserved.

@@ -35,9 +35,9 @@ pub enum Stage {
     Recovery,
     /// Motions are shortened [Grey 4.4.6].
     Shortcuts,
-    /// The smooth path over the plan is made.
+    /// The next part of the smooth path over the plan is made.
     SmoothPath,
-    /// The plan's chunks are written and finalized.
+    /// The plan's chunks are written and finalized, as far as the path is made.
     Chunks,
     /// Another walk is made from the plan, to see whether it takes less time.
     Improvement,
@@ -120,6 +120,10 @@ pub enum Event {
     Improve,
     /// Another walk is to be smoothed and timed.
     NewWalk,
+    /// The next part of the smooth path is to be made.
+    NeedsPath,
+    /// No smooth path continues the part that does not change any more.
+    Blocked,
     /// The plan is complete.
     Found,
 }

@@ -5,6 +5,7 @@
 
 use crate::base::capacity::ArenaFull;
 use crate::pipeline::search::SearchStats;
+use crate::pipeline::smooth_path_stage::SmoothPath;
 use crate::plan::chunk_builder::{ChunkBuilder, TimedPart};
 use crate::timing::limit::BindingTimes;
 use crate::timing::path_point::{Path, PathPoint};
@@ -21,6 +22,17 @@ const RESTING_INTERVALS_MAX: usize = 31;
 const RESTING_MOTION_MAX: f64 = 0.05;
 /// Most parts into which the path between two of its points is divided for that.
 const RESTING_PARTS_MAX: usize = 4;
+
+/// What a step came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// Work units spent.
+    Spent(u64),
+    /// More of the path is needed.
+    NeedsPath,
+    /// All chunks are written.
+    Complete,
+}
 
 /// Times a path and writes the spans whose times are final.
 #[derive(Debug)]
@@ -94,29 +106,35 @@ impl TimedChunks {
         (stats.without_stop, stats.untimed_pieces) = (without_stop, untimed_pieces);
     }
 
-    /// Times the next span, or writes the chunks of one. Returns the work units spent; `None` once
-    /// all chunks are written.
+    /// Times the next span, or writes the chunks of one.
     ///
     /// # Errors
     /// An arena is full.
     pub fn advance(
         &mut self,
-        path: Path<'_>,
+        SmoothPath { path, is_complete: is_whole }: SmoothPath<'_>,
         chunks: &mut ChunkBuilder,
-    ) -> Result<Option<u64>, ArenaFull> {
+    ) -> Result<Progress, ArenaFull> {
         if self.written == self.first && self.timing.spans() == 0 {
             self.timing.begin();
         }
         let known = self.first + self.timing.spans();
-        let is_complete = known == path.spans.len() || self.untimed_end.is_some();
+        let is_complete = is_whole && known == path.spans.len() || self.untimed_end.is_some();
         if self.written < self.first + self.timing.final_spans(is_complete) {
             self.written += 1;
-            return self.write(path, self.written - 1, chunks).map(Some);
+            return self.write(path, self.written - 1, chunks).map(Progress::Spent);
         }
         if let Some(end) = self.untimed_end {
-            return self.write_untimed(path, end, chunks).map(Some);
+            return self.write_untimed(path, end, chunks).map(Progress::Spent);
         }
-        if is_complete { Ok(None) } else { self.time_next(path).map(Some) }
+        if is_complete {
+            return Ok(Progress::Complete);
+        }
+        // Whether a foot lands at the end of a span shows in the next one.
+        if !is_whole && known + 1 >= path.spans.len() {
+            return Ok(Progress::NeedsPath);
+        }
+        self.time_next(path).map(Progress::Spent)
     }
 
     /// Adds the next span to one timing of all spans, which writes nothing, or makes that. Returns

@@ -17,3 +17,4 @@ mod swing_curve;
 mod track;
 mod tuning;
 mod variant;
+mod written_path;

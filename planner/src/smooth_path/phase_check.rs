@@ -16,7 +16,8 @@ use crate::timing::timed_path::state_at;
 /// Checks one phase after the other, one configuration for each unit of work.
 #[derive(Debug)]
 pub(crate) struct PhaseCheck {
-    points: PhasePoints,
+    /// The phase with its configurations so far.
+    pub points: PhasePoints,
     scratch: KinematicState,
 }
 

@@ -1,5 +1,8 @@
-//! Makes the smooth path of a plan: checks the phases, varies the stances around those that fail,
-//! leaves the rest to the searched motion, and writes points and spans.
+//! Makes the smooth path of a plan: checks the phases in order, varies the stances around those
+//! that fail, leaves the rest to the searched motion, and writes points and spans. What the next
+//! phases cannot change any more is settled, so that it can be timed while they are made.
+
+use std::ops::Range;
 
 use surefoot_shared_types::message::Contact;
 
@@ -15,12 +18,12 @@ pub use crate::smooth_path::layout::SearchedPlan;
 use crate::smooth_path::layout::{Layout, swing_of};
 use crate::smooth_path::phase_check::PhaseCheck;
 use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
-use crate::smooth_path::phase_points::PhasePoints;
 use crate::smooth_path::searched_motion::{self, SearchedPhase};
 use crate::smooth_path::track::Track;
-use crate::smooth_path::tuning::{JOIN_DIFFERENCE_MAX, KEY_SECONDS, REFINEMENTS_MAX};
+use crate::smooth_path::tuning::{JOIN_DIFFERENCE_MAX, KEY_SECONDS, OPEN_PHASES, REFINEMENTS_MAX};
 use crate::smooth_path::variant::VARIANTS;
-use crate::timing::path_point::{PathPoint, PathSpan};
+use crate::smooth_path::written_path::WrittenPath;
+use crate::timing::path_point::{Path, PathPoint, PathSpan};
 
 /// What becomes of a phase.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,24 +44,20 @@ enum PhaseState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Task {
     /// The keys of a stance.
-    Keys {
-        swing: usize,
-    },
+    Keys { swing: usize },
     /// The ends of a swing and the heights of its stance.
-    Heights {
-        swing: usize,
-    },
-    /// The check of the first open phase.
+    Heights { swing: usize },
+    /// The choice of the first phase that is not written.
     Choose,
     /// The next configuration of the phase that is checked.
-    Check {
-        phase: usize,
-    },
-    /// The points of a phase; of a searched motion those from waypoint `next` on.
-    Write {
-        phase: usize,
-        next: usize,
-    },
+    Check { phase: usize },
+    /// The next configuration of a phase that was checked before a phase before it changed.
+    Repeat { phase: usize },
+    /// The points of a searched motion from waypoint `next` on.
+    WriteSearched { phase: usize, next: usize },
+    /// Nothing: a phase can only go on from settled ones that would have to change.
+    Blocked,
+    /// Nothing: the path is complete.
     Over,
 }
 
@@ -84,9 +83,7 @@ pub struct Smoother {
     task: Task,
     check: PhaseCheck,
     followed: FollowedMotion,
-    written: PhasePoints,
-    points: Vec<PathPoint>,
-    spans: Vec<PathSpan>,
+    path: WrittenPath,
 }
 
 impl Smoother {
@@ -100,20 +97,13 @@ impl Smoother {
             task: Task::Over,
             check: PhaseCheck::new(),
             followed: FollowedMotion::new(),
-            written: PhasePoints::new(),
-            points: reserve(points_max),
-            spans: reserve(points_max / 2),
+            path: WrittenPath::new(2 * edges_max + 1, points_max),
         }
     }
 
-    /// The points of the path.
-    pub fn points(&self) -> &[PathPoint] {
-        &self.points
-    }
-
-    /// The spans of the path.
-    pub fn spans(&self) -> &[PathSpan] {
-        &self.spans
+    /// The part of the path that does not change any more; once the path is complete all of it.
+    pub fn path(&self) -> Path<'_> {
+        self.path.settled()
     }
 
     /// Number of phases that keep the searched motion, or follow it from rest to rest.
@@ -129,8 +119,7 @@ impl Smoother {
     pub fn bytes(&self) -> usize {
         self.layout.bytes()
             + self.curve.bytes()
-            + self.points.capacity() * size_of::<PathPoint>()
-            + self.spans.capacity() * size_of::<PathSpan>()
+            + self.path.bytes()
             + self.states.capacity()
             + self.refinements.capacity()
     }
@@ -151,14 +140,18 @@ impl Smoother {
                 }
             }
         }
-        self.points.clear();
-        self.spans.clear();
+        self.path.begin();
         self.task = Task::Keys { swing: 0 };
     }
 
     /// Whether the path is complete.
     pub fn is_over(&self) -> bool {
         self.task == Task::Over
+    }
+
+    /// Whether no path continues the settled part.
+    pub fn is_blocked(&self) -> bool {
+        self.task == Task::Blocked
     }
 
     /// Spends one unit of work. Returns the rejection of the configuration that was checked, if it
@@ -187,41 +180,56 @@ impl Smoother {
             }
             Task::Heights { .. } => self.task = Task::Choose,
             Task::Choose => self.choose(inputs),
-            Task::Check { phase } => return Ok(self.check(inputs, phase)),
-            Task::Write { phase, next } => self.write(inputs, phase, next)?,
-            Task::Over => {}
+            Task::Check { phase } => return self.check(inputs, phase),
+            Task::Repeat { phase } => self.repeat(inputs, phase)?,
+            Task::WriteSearched { phase, next } => self.write_searched(inputs, phase, next)?,
+            Task::Blocked | Task::Over => {}
         }
         Ok(None)
     }
 
-    /// Leaves all phases to the searched motion.
+    /// Leaves all phases to the searched motion, unless some are settled.
     pub fn abandon(&mut self) {
-        if matches!(self.task, Task::Write { .. } | Task::Over) {
+        if self.path.settled_phases() > 0 || self.is_over() || self.is_searched() {
             return;
         }
         self.states.fill(PhaseState::Searched);
         self.curve.rests.fill(true);
-        self.task = Task::Write { phase: 0, next: 0 };
+        self.path.begin();
+        self.task = Task::Choose;
     }
 
-    /// Begins with the check of the first open phase; without one, with the points.
+    /// Whether all phases keep the searched motion.
+    fn is_searched(&self) -> bool {
+        self.states.iter().all(|state| *state == PhaseState::Searched)
+    }
+
+    /// Begins with the first phase that is not written: with its check, or with its points where it
+    /// needs none.
     fn choose(&mut self, inputs: &SmoothingInputs<'_>) {
-        let open = self
-            .states
-            .iter()
-            .position(|state| matches!(state, PhaseState::Open | PhaseState::OpenFollowed));
-        let Some(phase) = open else {
-            self.points.clear();
-            self.spans.clear();
-            self.task = Task::Write { phase: 0, next: 0 };
+        let phase = self.path.phases();
+        if phase == self.states.len() {
+            self.path.settle(phase);
+            self.task = Task::Over;
             return;
-        };
+        }
+        if self.states[phase] == PhaseState::Searched {
+            self.path.begin_phase();
+            self.task = Task::WriteSearched { phase, next: 0 };
+            return;
+        }
         match self.grid(inputs, phase) {
             Some(grid) => {
                 self.check.begin(grid, self.rests_of(phase));
-                self.task = Task::Check { phase };
+                self.task = match self.states[phase] {
+                    PhaseState::Open | PhaseState::OpenFollowed => Task::Check { phase },
+                    _ => Task::Repeat { phase },
+                };
             }
-            None => self.reject(inputs, phase),
+            None => match self.states[phase] {
+                PhaseState::Open | PhaseState::OpenFollowed => self.reject(inputs, phase),
+                _ => self.leave_unwritten(inputs, phase),
+            },
         }
     }
 
@@ -265,29 +273,59 @@ impl Smoother {
         does
     }
 
-    /// Checks the next configuration of a phase.
-    fn check(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) -> Option<Rejection> {
+    /// Checks the next configuration of a phase, and writes the phase once all are checked.
+    fn check(
+        &mut self,
+        inputs: &SmoothingInputs<'_>,
+        phase: usize,
+    ) -> Result<Option<Rejection>, ArenaFull> {
         let track = match self.states[phase] {
             PhaseState::Open => Track::Curve(&self.curve),
             _ => Track::Followed(&self.followed),
         };
         match self.check.advance(&source(inputs, &self.layout), track) {
-            Ok(false) => None,
+            Ok(false) => Ok(None),
             Ok(true) => {
                 self.states[phase] = match self.states[phase] {
                     PhaseState::Open => PhaseState::Smooth,
                     _ => PhaseState::Followed,
                 };
-                self.task = Task::Choose;
-                None
+                self.write(inputs, phase).map(|()| None)
             }
             Err(rejection) => {
+                self.task = Task::Choose;
                 if !self.refine(phase, rejection) {
                     self.reject(inputs, phase);
                 }
-                self.task = Task::Choose;
-                Some(rejection)
+                Ok(Some(rejection))
             }
+        }
+    }
+
+    /// Makes the next configuration of a phase that was checked, and writes the phase once it has
+    /// all.
+    fn repeat(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) -> Result<(), ArenaFull> {
+        let track = match self.states[phase] {
+            PhaseState::Smooth => Track::Curve(&self.curve),
+            _ => Track::Followed(&self.followed),
+        };
+        let points = &mut self.check.points;
+        match points.advance(&source(inputs, &self.layout), track) {
+            Ok(()) if points.is_complete() => self.write(inputs, phase),
+            Ok(()) => Ok(()),
+            Err(_) => {
+                self.leave_unwritten(inputs, phase);
+                Ok(())
+            }
+        }
+    }
+
+    /// Leaves a phase that is within the constraints but not continuous to the searched motion.
+    fn leave_unwritten(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
+        self.task = Task::Choose;
+        match self.states[phase] {
+            PhaseState::Smooth => self.keep_searched(inputs, phase),
+            _ => self.states[phase] = PhaseState::Searched,
         }
     }
 
@@ -301,6 +339,7 @@ impl Smoother {
         let last = VARIANTS.len() as u8 - 1;
         let can_vary = |swing: &usize| {
             self.curve.variants[*swing] < last
+                && self.may_change(*swing)
                 && matches!(self.states[2 * swing + 1], PhaseState::Open | PhaseState::Smooth)
         };
         let chosen = stances.filter(can_vary).min_by_key(|swing| self.curve.variants[*swing]);
@@ -313,17 +352,34 @@ impl Smoother {
         }
     }
 
-    /// Leaves a phase to the searched motion: the robot rests at both ends.
+    /// Leaves a phase to the searched motion: the robot rests at both ends. Where that would change
+    /// settled phases, the path is blocked.
     fn keep_searched(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
+        let near = (phase / 2).saturating_sub(1)..(phase / 2 + 1).min(self.layout.swings_len());
+        if !near.clone().all(|swing| self.may_change(swing)) {
+            self.task = Task::Blocked;
+            return;
+        }
         self.states[phase] = PhaseState::OpenFollowed;
         self.refinements[phase] = 0;
         for key in self.layout.end_keys(phase) {
             self.curve.rests[key] = true;
         }
-        let first = (phase / 2).saturating_sub(1);
-        for swing in first..(phase / 2 + 1).min(self.layout.swings_len()) {
-            self.remake(inputs, swing);
-        }
+        near.for_each(|swing| self.remake(inputs, swing));
+    }
+
+    /// The first smooth phase that a change of a stance changes, with the phase before it: the
+    /// derivatives at the end of that one are differences across it.
+    fn first_changed(&self, swing: usize) -> Option<usize> {
+        let mut phases = phases_around(swing, self.states.len());
+        let changed = phases.find(|phase| self.states[*phase] == PhaseState::Smooth)?;
+        let before = changed.saturating_sub(1);
+        Some(if self.states[before] == PhaseState::Smooth { before } else { changed })
+    }
+
+    /// Whether a stance may change: it changes no settled phase.
+    fn may_change(&self, swing: usize) -> bool {
+        self.first_changed(swing).is_none_or(|phase| phase >= self.path.settled_phases())
     }
 
     /// Makes the keys of a stance anew, and opens the phases that they change.
@@ -334,86 +390,59 @@ impl Smoother {
             source.find_swing(&mut self.curve, near);
         }
         source.set_heights(&mut self.curve, swing);
-        let phases = (2 * swing).saturating_sub(1)..(2 * swing + 4).min(self.states.len());
-        for state in &mut self.states[phases] {
-            if *state == PhaseState::Smooth {
-                *state = PhaseState::Open;
+        if let Some(phase) = self.first_changed(swing) {
+            self.path.withdraw(phase);
+        }
+        for phase in phases_around(swing, self.states.len()) {
+            if self.states[phase] == PhaseState::Smooth {
+                self.states[phase] = PhaseState::Open;
             }
         }
-    }
-
-    /// Writes points of a phase.
-    fn write(
-        &mut self,
-        inputs: &SmoothingInputs<'_>,
-        phase: usize,
-        next: usize,
-    ) -> Result<(), ArenaFull> {
-        if phase == self.states.len() {
-            self.task = Task::Over;
-            return Ok(());
-        }
-        if self.states[phase] == PhaseState::Searched {
-            return self.write_searched(inputs, phase, next);
-        }
-        if next == 0
-            && let Some(grid) = self.grid(inputs, phase)
-        {
-            self.written.begin(grid, self.rests_of(phase));
-        }
-        let track = match self.states[phase] {
-            PhaseState::Smooth => Track::Curve(&self.curve),
-            _ => Track::Followed(&self.followed),
-        };
-        let is_made = self.written.advance(&source(inputs, &self.layout), track).is_ok();
-        if !is_made || !self.joins(phase) {
-            match self.states[phase] {
-                PhaseState::Smooth => self.keep_searched(inputs, phase),
-                _ => self.states[phase] = PhaseState::Searched,
-            }
-            self.task = Task::Choose;
-            return Ok(());
-        }
-        self.task = Task::Write { phase, next: next + 1 };
-        if self.written.is_complete() {
-            self.write_smooth(inputs, phase)?;
-            self.task = Task::Write { phase: phase + 1, next: 0 };
-        }
-        Ok(())
     }
 
     /// Whether the first configuration of the phase is that of the phase before, whose legs may
     /// have bent another way.
     fn joins(&self, phase: usize) -> bool {
         let [first, _] = self.layout.end_keys(phase);
-        let made = &self.written.configurations;
-        if made.len() != BEYOND + 1 || self.curve.rests[first] {
+        let made = &self.check.points.configurations;
+        if self.curve.rests[first] {
             return true;
         }
         let joints = |last: &PathPoint| {
             let pairs = last.q.iter().zip(&made[BEYOND].q);
             pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
         };
-        self.points.last().is_some_and(|last| joints(last) <= JOIN_DIFFERENCE_MAX)
+        self.path.last().is_some_and(|last| joints(last) <= JOIN_DIFFERENCE_MAX)
     }
 
-    /// Writes the points and the span of a phase of the curve.
-    fn write_smooth(
-        &mut self,
-        inputs: &SmoothingInputs<'_>,
-        phase: usize,
-    ) -> Result<(), ArenaFull> {
+    /// Writes the points and the span of a phase whose configurations are made.
+    fn write(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) -> Result<(), ArenaFull> {
+        if !self.joins(phase) {
+            self.leave_unwritten(inputs, phase);
+            return Ok(());
+        }
         let [first, _] = self.layout.end_keys(phase);
         let starts_at_rest = self.curve.rests[first];
-        let grid = self.written.grid;
-        let begin = self.last_parameter();
+        let Self { path, check, .. } = self;
+        let grid = check.points.grid;
+        path.begin_phase();
+        let begin = path.last_parameter();
         let skipped = usize::from(!starts_at_rest);
-        let span_first = self.points.len() - skipped;
+        let span_first = path.points_len() - skipped;
         for index in skipped..=grid.intervals {
             let parameter = begin + KEY_SECONDS * grid.step * index as f64;
-            push(&mut self.points, self.written.point(BEYOND + index, parameter))?;
+            path.push_point(check.points.point(BEYOND + index, parameter))?;
         }
-        self.push_span(inputs, self.layout.edges(phase).start, span_first, starts_at_rest)
+        let edge = self.layout.edges(phase).start;
+        self.push_span(inputs, edge, span_first, starts_at_rest)?;
+        self.end_phase();
+        Ok(())
+    }
+
+    /// Goes on after a phase that is written, and settles those that the next ones cannot change.
+    fn end_phase(&mut self) {
+        self.path.settle(self.path.phases().saturating_sub(OPEN_PHASES));
+        self.task = Task::Choose;
     }
 
     /// Writes the searched motion of a phase from waypoint `next` to the one after it.
@@ -425,16 +454,16 @@ impl Smoother {
     ) -> Result<(), ArenaFull> {
         let searched = SearchedPhase { plan: inputs.plan, edges: self.layout.edges(phase) };
         let Some((edge, [from, to])) = searched.pair(next) else {
-            self.task = Task::Write { phase: phase + 1, next: 0 };
+            self.end_phase();
             return Ok(());
         };
-        self.task = Task::Write { phase, next: next + 1 };
+        self.task = Task::WriteSearched { phase, next: next + 1 };
         if from == to {
             return Ok(());
         }
-        let first = self.points.len();
-        for point in searched_motion::points(&from, &to, self.last_parameter()) {
-            push(&mut self.points, point)?;
+        let first = self.path.points_len();
+        for point in searched_motion::points(&from, &to, self.path.last_parameter()) {
+            self.path.push_point(point)?;
         }
         self.push_span(inputs, edge, first, true)
     }
@@ -452,14 +481,15 @@ impl Smoother {
         let mut contacts: heapless::Vec<Contact, 2> =
             motion.stance.iter().map(|foothold| contact_of(foothold)).collect();
         contacts.sort_unstable_by_key(|contact| contact.limb);
-        let last = self.points.len() - 1;
-        let span = PathSpan { first, last, starts_at_rest, support: motion.support, contacts };
-        push(&mut self.spans, span)
+        let last = self.path.points_len() - 1;
+        let support = motion.support;
+        self.path.push_span(PathSpan { first, last, starts_at_rest, support, contacts })
     }
+}
 
-    fn last_parameter(&self) -> f64 {
-        self.points.last().map_or(0.0, |last| last.parameter)
-    }
+/// The phases of a path of `len` phases whose curve a stance changes.
+fn phases_around(swing: usize, len: usize) -> Range<usize> {
+    (2 * swing).saturating_sub(1)..(2 * swing + 4).min(len)
 }
 
 /// What keys are made from.
@@ -470,13 +500,4 @@ fn source<'a>(inputs: &SmoothingInputs<'a>, layout: &'a Layout) -> KeySource<'a>
         layout,
         leg_extension: inputs.leg_extension,
     }
-}
-
-/// Appends to an arena.
-fn push<T>(arena: &mut Vec<T>, item: T) -> Result<(), ArenaFull> {
-    if arena.len() == arena.capacity() {
-        return Err(ArenaFull::Waypoints);
-    }
-    arena.push(item);
-    Ok(())
 }

@@ -46,6 +46,13 @@ pub(crate) const JOINT_STEP_MAX: f64 = 0.3;
 /// Parts into which the curve between two points is divided to check it.
 pub(crate) const CURVE_PARTS: usize = 4;
 
+// Settled phases.
+
+/// Phases before the first one that is not checked yet that may still change. One that keeps its
+/// searched motion changes four before it; where these fail in turn, others before them. In walks
+/// of the shipped scenarios up to nine have changed.
+pub(crate) const OPEN_PHASES: usize = 9;
+
 // Followed motions.
 
 /// Fewest intervals between keys of a spline along a searched motion.

@@ -214,8 +214,8 @@ fn walked_after(mut walked: Vec<PlanChunk>, accepted: &[PlanChunk], back: usize)
 }
 
 /// Whether a new plan from the robot's rest state can help: the world differs, the feet stand
-/// elsewhere than planned, another planner has replanned, or the robot has executed more chunks of
-/// the preceding plan. `was_executing` says whether there was one.
+/// elsewhere than planned, the plan ends on the way, another planner has replanned, or the robot
+/// has executed more chunks of the preceding plan. `was_executing` says whether there was one.
 pub(crate) fn may_replan(delivery: &Delivery, was_executing: bool) -> bool {
     let differs =
         matches!(delivery.outcome, DeliveryOutcome::Refused { check: Check::WorldDiffers, .. });
@@ -232,7 +232,10 @@ pub(crate) fn may_replan(delivery: &Delivery, was_executing: bool) -> bool {
         || stands
             && (misplaced
                 || was_executing && is_out_of_date
-                || delivery.outcome == DeliveryOutcome::Superseded)
+                || matches!(
+                    delivery.outcome,
+                    DeliveryOutcome::Incomplete | DeliveryOutcome::Superseded
+                ))
 }
 
 /// The id after `number`, which the `feedback` holds.
@@ -277,6 +280,7 @@ mod tests {
             sent: 8,
             resent: 0,
             accepted: 0,
+            first_sent: None,
             feedback: Some(Feedback { rest_state, ..Feedback::zeroed() }),
         };
         for check in [Check::Continuity, Check::World] {

@@ -19,9 +19,10 @@ use surefoot_shared_types::message::{
 
 use crate::cli::arguments::PlanArguments;
 use crate::commands::plan::described_publisher;
+use crate::commands::plan::growing_plan::{Callbacks, GrowingPlan, OpenSearch};
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::request_queue::RequestQueue;
-use crate::commands::search_loop;
+use crate::commands::search_loop::{SearchLoop, Searched};
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{Delivered, PlanResult, Planned, RoleEvent};
@@ -45,9 +46,9 @@ const REST_SECONDS_MAX: f64 = 300.0;
 enum Stage {
     /// Wait for a request.
     Wait,
-    /// Search for a plan.
+    /// Search for a plan until its first chunk is final.
     Plan,
-    /// Deliver the plan to the controller.
+    /// Deliver the plan to the controller while the rest of it is made.
     Deliver,
     /// Publish the request's final state.
     Report,
@@ -58,7 +59,7 @@ enum Stage {
 enum Event {
     /// A request asks for a plan.
     Requested,
-    /// A plan was found.
+    /// There are chunks to deliver.
     Found,
     /// The rest of the plan must be planned again.
     Replan,
@@ -110,7 +111,7 @@ pub(crate) fn run(
         publisher,
         queue: &queue,
         task: PlanningTask::first(inputs),
-        planner: None,
+        open: None,
         replans: 0,
         end: RequestEnd { state: RequestState::Invalid, reason: String::new() },
         has_robot: false,
@@ -131,8 +132,8 @@ struct Server<'a> {
     queue: &'a RefCell<RequestQueue>,
     /// The latest planning task.
     task: PlanningTask,
-    /// The planner that holds the plan to deliver.
-    planner: Option<Planner>,
+    /// The search of the plan to deliver.
+    open: Option<OpenSearch>,
     /// Number of times that the request was planned again.
     replans: u32,
     /// How the request ended.
@@ -293,67 +294,56 @@ impl Server<'_> {
         let threads =
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
-            let mut planner =
+            let planner =
                 self.task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
-            let Some(planned) = self.search(&mut planner)? else {
-                return Ok(self.finish_as(RequestEnd::interrupted()));
-            };
-            if planned.result != PlanResult::NoPlan || !self.task.may_retrace_further(&planner) {
-                return self.record_planned(planner, &planned);
+            let search = SearchLoop::begin(self.task.scenario.planner.work_max);
+            let mut open = OpenSearch::new(planner, search, None);
+            let queue = self.queue;
+            let emit = &mut |event: &RoleEvent| emit_and_publish(queue, &mut self.reporter, event);
+            let is_over = &mut || queue.borrow_mut().is_interrupted();
+            match open.search.until_first_chunk(&mut open.planner, emit, is_over)? {
+                Searched::Interrupted => return Ok(self.finish_as(RequestEnd::interrupted())),
+                Searched::FirstChunk => {}
+                Searched::Ended(planned) => open.planned = Some(*planned),
             }
-            self.task.retrace_further(&planner);
+            let is_empty = open.planner.final_chunks().is_empty();
+            if !open.has_failed() || !is_empty {
+                self.open = Some(open);
+                return Ok(Event::Found);
+            }
+            if !self.task.may_retrace_further(&open.planner) {
+                let planned = open.planned.as_ref();
+                return Ok(planned.map_or(Event::Finished, |planned| self.finish_failed(planned)));
+            }
+            self.task.retrace_further(&open.planner);
         }
     }
 
-    /// Searches to the end; `None` if a request or a signal interrupts the search.
-    fn search(&mut self, planner: &mut Planner) -> Result<Option<Planned>, CommandError> {
-        let (queue, reporter) = (self.queue, &mut self.reporter);
-        let mut emit = |event: &RoleEvent| {
-            if let RoleEvent::Planning(progress) = event {
-                let mut queue = queue.borrow_mut();
-                queue.current().work = progress.work;
-                queue.publish()?;
-            }
-            reporter.emit(event)
-        };
-        let work_max = self.task.scenario.planner.work_max;
-        search_loop::run_until(planner, work_max, &mut emit, &mut || {
-            queue.borrow_mut().is_interrupted()
-        })
-    }
-
-    fn record_planned(
-        &mut self,
-        planner: Planner,
-        planned: &Planned,
-    ) -> Result<Event, CommandError> {
-        let name = format!("plan {}.{}", self.task.plan_id, self.task.epoch);
-        self.reporter.print(|| summary::search_summary(&name, planned));
-        let mut queue = self.queue.borrow_mut();
-        queue.current().work = planned.work;
-        let result = match planned.result {
-            PlanResult::Found => {
-                (queue.current().chunks, queue.current().digest) =
-                    (planned.chunks, planner.digest());
-                self.planner = Some(planner);
-                return Ok(Event::Found);
-            }
-            PlanResult::NoPlan => RequestState::NoPlan,
+    /// Ends the request as its search has ended, without a plan.
+    fn finish_failed(&mut self, planned: &Planned) -> Event {
+        self.print_planned(planned);
+        self.queue.borrow_mut().current().work = planned.work;
+        let state = match planned.result {
+            PlanResult::Found | PlanResult::NoPlan => RequestState::NoPlan,
             PlanResult::Stopped => RequestState::Cancelled,
             PlanResult::StartInvalid => RequestState::StartInvalid,
             PlanResult::GoalInvalid => RequestState::GoalInvalid,
         };
-        drop(queue);
-        Ok(self.finish(result, planned.description.as_str()))
+        self.finish(state, planned.description.as_str())
+    }
+
+    fn print_planned(&mut self, planned: &Planned) {
+        let name = format!("plan {}.{}", self.task.plan_id, self.task.epoch);
+        self.reporter.print(|| summary::search_summary(&name, planned));
     }
 
     /// Delivers the plan. Plans the rest again if that can help.
     fn deliver(&mut self) -> Result<Event, CommandError> {
-        let Some(planner) = self.planner.take() else {
+        let Some(mut open) = self.open.take() else {
             return Ok(self.finish(RequestState::Refused, "the plan was lost"));
         };
         self.queue.borrow_mut().set_state(RequestState::Delivering)?;
-        let delivery = self.send(&planner)?;
+        let delivery = self.send(&mut open)?;
         self.has_robot |= delivery.feedback.is_some_and(|feedback| feedback.rest_state.is_known());
         Ok(match delivery.outcome {
             DeliveryOutcome::Accepted => {
@@ -367,38 +357,57 @@ impl Server<'_> {
                 let reason = CommandError::Contradicted.to_string();
                 self.finish(RequestState::Contradicted, reason)
             }
-            DeliveryOutcome::Refused { .. } | DeliveryOutcome::Superseded => {
-                self.replan(&delivery, &planner)
-            }
+            DeliveryOutcome::Refused { .. }
+            | DeliveryOutcome::Superseded
+            | DeliveryOutcome::Incomplete => self.replan(&delivery, &open),
         })
     }
 
-    fn send(&mut self, planner: &Planner) -> Result<Delivery, CommandError> {
+    /// Sends the chunks while they are made. Only an interruption ends the search early.
+    fn send(&mut self, open: &mut OpenSearch) -> Result<Delivery, CommandError> {
         let (queue, plan) = (self.queue, (self.task.plan_id, self.task.epoch));
+        let reporter = RefCell::new(&mut self.reporter);
+        let name = format!("plan {}.{}", plan.0, plan.1);
+        let emit =
+            &mut |event: &RoleEvent| emit_and_publish(queue, &mut reporter.borrow_mut(), event);
+        let on_found = &mut |planner: &Planner, planned: &Planned| {
+            reporter.borrow_mut().print(|| summary::search_summary(&name, planned));
+            let mut queue = queue.borrow_mut();
+            let record = queue.current();
+            (record.work, record.chunks, record.digest) =
+                (planned.work, planned.chunks, planner.digest());
+            queue.publish()
+        };
+        let mut growing = GrowingPlan::new(open, Callbacks { emit, on_found })?;
         let mut accepted = 0;
-        let delivery = self.publisher.deliver(
-            planner.chunks(),
+        let delivery = self.publisher.deliver_from(
+            &mut growing,
             &mut |feedback| {
                 let is_of_plan = (feedback.plan_id, feedback.epoch) == plan;
                 if is_of_plan && feedback.next_sequence != accepted {
                     accepted = feedback.next_sequence;
                     let mut queue = queue.borrow_mut();
-                    queue.current().accepted = accepted.min(queue.current().chunks);
+                    let made = queue.current().chunks;
+                    queue.current().accepted = if made > 0 { accepted.min(made) } else { accepted };
                     // The final status repeats the number, so a lost one does no harm.
                     let _ = queue.publish();
                 }
             },
             &|| !queue.borrow_mut().is_interrupted_or_repeat(),
         )?;
+        growing.finish(delivery.outcome == DeliveryOutcome::Stopped)?;
         queue.borrow_mut().current().accepted = delivery.accepted;
         Ok(delivery)
     }
 
     /// Sets the task that follows an incomplete delivery, if there is one.
-    fn replan(&mut self, delivery: &Delivery, planner: &Planner) -> Event {
+    fn replan(&mut self, delivery: &Delivery, open: &OpenSearch) -> Event {
         let may_replan = self.replans < self.arguments.search.replans_max
             && may_replan(delivery, self.task.rest_state.is_some());
         let Some(feedback) = delivery.feedback.filter(|_| may_replan) else {
+            if let Some(planned) = open.planned.as_ref().filter(|_| open.has_failed()) {
+                return self.finish_failed(planned);
+            }
             let refusal = Delivered::from(delivery).refusal;
             let reason = refusal.map_or_else(
                 || "the controller executes a later plan of another planner".into(),
@@ -406,8 +415,10 @@ impl Server<'_> {
             );
             return self.finish(RequestState::Refused, reason);
         };
+        let OpenSearch { planner, .. } = open;
         let retraced = planner.retrace().chunks;
-        let task = self.task.take().after(self.inputs, &feedback, planner.chunks(), retraced);
+        let chunks = planner.final_chunks();
+        let task = self.task.take().after(self.inputs, &feedback, chunks, retraced);
         let task = match task {
             Ok(task) => task,
             Err(error) => return self.finish(RequestState::Refused, error.to_string()),
@@ -423,6 +434,20 @@ impl Server<'_> {
         self.queue.borrow_mut().finish(*state, reason)?;
         Ok(Event::Reported)
     }
+}
+
+/// Reports an event, and publishes the progress of a search.
+fn emit_and_publish(
+    queue: &RefCell<RequestQueue>,
+    reporter: &mut Reporter,
+    event: &RoleEvent,
+) -> Result<(), CommandError> {
+    if let RoleEvent::Planning(progress) = event {
+        let mut queue = queue.borrow_mut();
+        queue.current().work = progress.work;
+        queue.publish()?;
+    }
+    reporter.emit(event)
 }
 
 #[cfg(test)]

@@ -1,12 +1,14 @@
-//! Explores every order of events, up to a depth, of a window, a lossy channel, a controller that
-//! is killed and started again, and one forged acceptance. From every state reached, a channel that
-//! loses nothing more must complete the delivery.
+//! Explores every order of events, up to a depth, of a window over a stream that grows, a lossy
+//! channel, a controller and a planner that are killed and started again, and one forged
+//! acceptance. From every state reached, a channel that loses nothing more must complete the
+//! delivery.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 use surefoot_shared_types::message::PlanChunk;
 
+use crate::channel::chunk_source::SourceState;
 use crate::channel::send_window::tests::{SESSION, feedback, stream};
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
 use crate::channel::tuning::{CONTRADICTIONS_MAX, TAKEOVER_SILENCE};
@@ -25,8 +27,10 @@ const TICK: Duration = Duration::from_millis(1);
 /// The window, the channel in both directions, and the controller.
 #[derive(Clone)]
 struct World {
-    window: SendWindow<'static>,
+    window: SendWindow,
     chunks: &'static [PlanChunk],
+    /// Chunks that the planner has made.
+    made: usize,
     at: Duration,
     controller: u64,
     count: u64,
@@ -51,11 +55,12 @@ enum Event {
     LoseFeedback,
     Timeout,
     RestartController,
+    MakeChunk,
     RestartPlanner,
     Forge,
 }
 
-const EVENTS: [Event; 11] = [
+const EVENTS: [Event; 12] = [
     Event::Send,
     Event::ReceiveChunk,
     Event::LoseChunk,
@@ -65,6 +70,7 @@ const EVENTS: [Event; 11] = [
     Event::LoseFeedback,
     Event::Timeout,
     Event::RestartController,
+    Event::MakeChunk,
     Event::RestartPlanner,
     Event::Forge,
 ];
@@ -72,11 +78,12 @@ const EVENTS: [Event; 11] = [
 impl World {
     fn new() -> Self {
         let chunks: &'static [PlanChunk] = Vec::leak(stream(CHUNKS as u64));
-        let window = SendWindow::new(chunks, SESSION, WINDOW).unwrap();
+        let window = SendWindow::new(SESSION, WINDOW);
         let (at, sent) = (Duration::ZERO, vec![]);
         let mut world = Self {
             window,
             chunks,
+            made: 0,
             at,
             controller: 1,
             count: 0,
@@ -103,8 +110,9 @@ impl World {
                 (self.controller, self.count) = (self.controller + 1, 0);
                 self.heartbeat();
             }
+            Event::MakeChunk => self.make_chunk(),
             Event::RestartPlanner => {
-                self.window = SendWindow::new(self.chunks, SESSION, WINDOW).unwrap();
+                (self.window, self.made) = (SendWindow::new(SESSION, WINDOW), 0)
             }
             Event::Forge if !self.is_forged => {
                 self.is_forged = true;
@@ -119,6 +127,12 @@ impl World {
             self.window.record_sent();
             self.sent.push((index, controller));
         }
+    }
+
+    fn make_chunk(&mut self) {
+        self.made = (self.made + 1).min(CHUNKS);
+        let state = if self.made == CHUNKS { SourceState::Complete } else { SourceState::Open };
+        self.window.extend(&self.chunks[..self.made], state).unwrap();
     }
 
     fn receive_chunk(&mut self) {
@@ -157,6 +171,7 @@ impl World {
     /// Whether the delivery completes if nothing more is lost.
     fn completes(mut self) -> bool {
         for _ in 0..ROUNDS_MAX {
+            self.make_chunk();
             self.heartbeat();
             self.receive_feedback();
             self.window.go_back();
@@ -179,6 +194,8 @@ impl World {
         let relative = |controller: u64| self.controller - controller;
         let mut key = vec![
             self.executed as u64,
+            self.made as u64,
+            u64::from(self.window.is_behind),
             progress.acknowledged as u64,
             progress.next as u64,
             self.window.stall.idle_heartbeats.min(9),

@@ -11,6 +11,7 @@ use surefoot_shared_types::message::{
     Check, Feedback, PlanChunk, Verdict, WithCrc, WorldCorrection,
 };
 
+use crate::channel::chunk_source::SourceState;
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
 use crate::channel::tuning::{
     CONFIRM_TIME, CONTRADICTIONS_MAX, GO_BACKS_MAX, IDLE_HEARTBEATS, TAKEOVER_SILENCE,
@@ -51,16 +52,23 @@ pub(super) fn feedback(
     })
 }
 
+/// A window over a complete stream.
+fn window_over(chunks: &[PlanChunk]) -> SendWindow {
+    let mut window = SendWindow::new(SESSION, 8);
+    window.extend(chunks, SourceState::Complete).unwrap();
+    window
+}
+
 /// A time at which every claim is confirmed.
 const LATER: Duration = Duration::from_secs(1);
 
 /// Receives feedback while the current controller is not silent.
-fn receive(window: &mut SendWindow<'_>, feedback: &Feedback) -> bool {
+fn receive(window: &mut SendWindow, feedback: &Feedback) -> bool {
     window.receive(feedback, Duration::ZERO, Duration::ZERO)
 }
 
 /// Receives feedback after a silence of the current controller.
-fn take_over(window: &mut SendWindow<'_>, feedback: &Feedback) -> bool {
+fn take_over(window: &mut SendWindow, feedback: &Feedback) -> bool {
     window.receive(feedback, Duration::ZERO, TAKEOVER_SILENCE)
 }
 
@@ -69,10 +77,10 @@ fn with_crc(mut feedback: Feedback) -> Feedback {
     feedback
 }
 
-fn send_all(window: &mut SendWindow<'_>) -> Vec<u64> {
+fn send_all(window: &mut SendWindow) -> Vec<u64> {
     let mut sent = Vec::new();
     while let Some((index, _)) = window.to_send() {
-        sent.push(window.chunk(index).sequence);
+        sent.push(index as u64);
         window.record_sent();
     }
     sent
@@ -81,7 +89,7 @@ fn send_all(window: &mut SendWindow<'_>) -> Vec<u64> {
 #[test]
 fn the_window_waits_for_a_controller_and_never_exceeds_its_size() {
     let chunks = stream(20);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     assert!(window.to_send().is_none());
     assert!(receive(&mut window, &feedback(5, 1, 0, &chunks)));
     assert_eq!(window.to_send().unwrap().1, 5);
@@ -95,7 +103,7 @@ fn the_window_waits_for_a_controller_and_never_exceeds_its_size() {
 #[test]
 fn chunks_are_resent_to_an_idle_controller_only() {
     let chunks = stream(4);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     assert!(!window.go_back(), "a silent controller may be executing chunks");
@@ -112,7 +120,7 @@ fn chunks_are_resent_to_an_idle_controller_only() {
 #[test]
 fn a_new_controller_starts_at_its_own_index_and_the_old_one_is_ignored() {
     let chunks = stream(6);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     receive(&mut window, &feedback(5, 2, 4, &chunks));
@@ -132,10 +140,10 @@ fn a_new_planner_continues_the_same_stream_but_not_another_one() {
     for index in 3..6 {
         foreign[index].stream = foreign[index - 1].stream_after();
     }
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &with_crc(Feedback { session: 1, ..feedback(5, 1, 4, &chunks) }));
     assert_eq!(send_all(&mut window), [4, 5]);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(
         &mut window,
         &with_crc(Feedback { session: 1, finished: 1, ..feedback(5, 1, 6, &foreign) }),
@@ -156,7 +164,7 @@ fn refusals_end_the_delivery_unless_they_are_of_another_session() {
             ..feedback(5, 1, 0, &chunks)
         })
     };
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &refused(1));
     assert_eq!(window.outcome(LATER), None);
     receive(&mut window, &refused(SESSION));
@@ -182,7 +190,7 @@ fn corrections_of_the_first_chunk_count_for_another_session() {
         })
     };
     let outcome = |feedback: &Feedback| {
-        let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+        let mut window = window_over(&chunks);
         assert!(receive(&mut window, feedback));
         window.outcome(LATER)
     };
@@ -195,7 +203,7 @@ fn corrections_of_the_first_chunk_count_for_another_session() {
 #[test]
 fn forged_feedback_does_not_move_the_window() {
     let chunks = stream(6);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &feedback(5, 1, 2, &chunks));
     let good = feedback(5, 2, 4, &chunks);
     let forgeries = [
@@ -218,7 +226,9 @@ fn forged_feedback_does_not_move_the_window() {
 
 #[test]
 fn a_broken_stream_is_not_sent() {
-    let index_of = |chunks: &[PlanChunk]| match SendWindow::new(chunks, SESSION, 8) {
+    let index_of = |chunks: &[PlanChunk]| match SendWindow::new(SESSION, 8)
+        .extend(chunks, SourceState::Complete)
+    {
         Err(ChannelError::Stream { index }) => Some(index),
         _ => None,
     };
@@ -238,7 +248,7 @@ fn a_broken_stream_is_not_sent() {
 #[test]
 fn a_controller_that_never_accepts_counts_as_lost() {
     let chunks = stream(2);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     let mut go_backs = 0;
     for count in 1.. {
         receive(&mut window, &feedback(5, count, 0, &chunks));
@@ -257,7 +267,7 @@ fn a_controller_that_never_accepts_counts_as_lost() {
 #[test]
 fn a_busy_controller_is_not_idle() {
     let chunks = stream(4);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     for count in 2..20 {
@@ -269,7 +279,7 @@ fn a_busy_controller_is_not_idle() {
 #[test]
 fn a_later_epoch_supersedes_the_delivery() {
     let chunks = stream(4);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(
         &mut window,
         &with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }),
@@ -286,7 +296,7 @@ fn a_second_of_motion_is_on_its_way() {
         chunks[index].stream =
             if index == 0 { Digest::default() } else { chunks[index - 1].stream_after() };
     }
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &feedback(5, 1, 0, &chunks));
     assert_eq!(send_all(&mut window), [0, 1, 2]);
     receive(&mut window, &feedback(5, 2, 1, &chunks));
@@ -306,7 +316,7 @@ fn refusal(count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
 #[test]
 fn a_refusal_that_the_controller_contradicts_does_not_count() {
     let chunks = stream(6);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &feedback(5, 1, 2, &chunks));
     receive(&mut window, &refusal(2, 2, &chunks));
     assert_eq!(window.outcome(CONFIRM_TIME / 2), None, "not confirmed");
@@ -322,7 +332,7 @@ fn a_refusal_that_the_controller_contradicts_does_not_count() {
 fn a_refusal_of_another_stream_or_chunk_does_not_count() {
     let chunks = stream(6);
     let of = |feedback: Feedback| {
-        let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+        let mut window = window_over(&chunks);
         receive(&mut window, &with_crc(feedback));
         window.outcome(LATER)
     };
@@ -336,7 +346,7 @@ fn a_refusal_of_another_stream_or_chunk_does_not_count() {
 #[test]
 fn an_acceptance_that_the_controller_contradicts_is_taken_back() {
     let chunks = stream(6);
-    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut window = window_over(&chunks);
     receive(&mut window, &feedback(5, 1, 2, &chunks));
     send_all(&mut window);
     receive(&mut window, &feedback(5, 2, 6, &chunks));
@@ -351,8 +361,8 @@ fn an_acceptance_that_the_controller_contradicts_is_taken_back() {
 #[test]
 fn two_processes_that_publish_as_the_controller_end_the_delivery() {
     let chunks = stream(6);
-    let mut rivals = SendWindow::new(&chunks, SESSION, 8).unwrap();
-    let mut forged = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut rivals = window_over(&chunks);
+    let mut forged = window_over(&chunks);
     for count in 1..=u64::from(CONTRADICTIONS_MAX) {
         receive(&mut rivals, &feedback(5, count, 1, &chunks));
         receive(&mut rivals, &feedback(6, count, 2, &chunks));
@@ -363,4 +373,53 @@ fn two_processes_that_publish_as_the_controller_end_the_delivery() {
         receive(window, &feedback(5, 99, 1, &chunks));
         assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Contradicted));
     }
+}
+
+#[test]
+fn chunks_are_sent_before_the_stream_is_complete() {
+    let chunks = stream(4);
+    let mut window = SendWindow::new(SESSION, 8);
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
+    assert!(send_all(&mut window).is_empty());
+    window.extend(&chunks[..2], SourceState::Open).unwrap();
+    assert_eq!(send_all(&mut window), [0, 1]);
+    receive(&mut window, &feedback(5, 2, 2, &chunks));
+    assert_eq!(window.outcome(LATER), None, "more chunks follow");
+    window.extend(&chunks, SourceState::Complete).unwrap();
+    assert_eq!(send_all(&mut window), [2, 3]);
+    receive(&mut window, &feedback(5, 3, 4, &chunks));
+    assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Accepted));
+}
+
+#[test]
+fn a_stream_that_ends_early_is_delivered_and_incomplete() {
+    let chunks = stream(3);
+    let mut window = SendWindow::new(SESSION, 8);
+    window.extend(&chunks, SourceState::Open).unwrap();
+    receive(&mut window, &feedback(5, 1, 0, &chunks));
+    window.extend(&chunks, SourceState::Ended).unwrap();
+    assert_eq!((send_all(&mut window), window.outcome(LATER)), (vec![0, 1, 2], None));
+    receive(&mut window, &feedback(5, 2, 3, &chunks));
+    assert_eq!(window.outcome(LATER), Some(DeliveryOutcome::Incomplete));
+}
+
+#[test]
+fn a_restarted_planner_waits_until_it_has_made_what_the_controller_accepted() {
+    let chunks = stream(6);
+    let mut window = SendWindow::new(SESSION, 8);
+    window.extend(&chunks[..1], SourceState::Open).unwrap();
+    let of_predecessor =
+        |count| with_crc(Feedback { session: 1, ..feedback(5, count, 4, &chunks) });
+    receive(&mut window, &of_predecessor(1));
+    assert!(send_all(&mut window).is_empty(), "the controller has it already");
+    window.extend(&chunks[..5], SourceState::Open).unwrap();
+    receive(&mut window, &of_predecessor(2));
+    assert_eq!((window.acknowledged(), send_all(&mut window)), (4, vec![4]));
+    // A plan of the same name with fewer chunks is another one: it is sent from its beginning.
+    let mut other = SendWindow::new(SESSION, 8);
+    other.extend(&chunks[..3], SourceState::Open).unwrap();
+    receive(&mut other, &of_predecessor(1));
+    other.extend(&chunks[..3], SourceState::Complete).unwrap();
+    receive(&mut other, &of_predecessor(2));
+    assert_eq!(send_all(&mut other), [0, 1, 2]);
 }
