@@ -23,11 +23,16 @@ use crate::preparation::planning_context::PlanningContext;
 use crate::smooth_path::smoother::{SearchedPlan, SmoothingInputs};
 
 /// Walks that are tried in one window.
-const TRIES: u32 = 6;
+const TRIES: u32 = 8;
+/// One of so many windows leaves out steps.
+const FEWER_EVERY: usize = 8;
 /// Smallest gain in a window, s.
 const GAIN_MIN: f64 = 0.01;
 /// Work that is left for a whole walk, relative to the most that one has taken.
 const RESERVE: f64 = 1.15;
+/// Work of the smoothing and timing of a further walk, relative to that of the first: more of it
+/// is timed at once.
+const FURTHER_SHARE: f64 = 0.7;
 /// Work in windows between two whole walks, relative to all of the improvement so far.
 const WINDOWS_SHARE: f64 = 0.5;
 
@@ -90,7 +95,7 @@ impl ImprovementStage {
             wanted,
             task: Task::Begin,
             walks: Walks { best: walk(), draft: walk(), tried: walk() },
-            window: Window::about(0, std::iter::empty(), 1),
+            window: Window::about((0, false), std::iter::empty(), 1),
             places: Places::new(edges_max),
             trial,
             walk_work: 0,
@@ -156,7 +161,8 @@ impl ImprovementStage {
             ..Improvement::default()
         });
         let of = |category: WorkCategory| search.stats.work_by_category[category as usize];
-        self.walk_work = of(WorkCategory::Shortcuts) + of(WorkCategory::Chunks);
+        let first = of(WorkCategory::Shortcuts) + of(WorkCategory::Chunks);
+        self.walk_work = (FURTHER_SHARE * first as f64) as u64;
         self.since = search.stats.work;
         self.task = Task::Choose;
     }
@@ -197,7 +203,8 @@ impl ImprovementStage {
         let mut random = Random::new(context.seed, Stream::Improvement, name, 1);
         let swings = draft.swings(&search.roadmap);
         let chosen = self.places.choose(swings.clone().count(), &mut random);
-        self.window = Window::about(chosen, swings, draft.nodes.len());
+        let has_fewer = random.below(FEWER_EVERY) == 0;
+        self.window = Window::about((chosen, has_fewer), swings, draft.nodes.len());
         let is_tried = self.trial.is_none();
         self.task = if is_tried { Task::Propose } else { Task::Measure { is_tried } };
         Event::Continue
@@ -254,7 +261,8 @@ impl ImprovementStage {
         search.stats.work += 1;
         let is_last = self.has_left_only_a_walk(search);
         let Some(improvement) = &mut self.improvement else { return Ok(()) };
-        if self.window.tries == TRIES || is_last {
+        let tries = if self.window.has_fewer { 1 } else { TRIES };
+        if self.window.tries >= tries || is_last {
             self.places.leave(&self.window);
             self.task = Task::Choose;
             return Ok(());
@@ -264,7 +272,12 @@ impl ImprovementStage {
         let mut random = Random::new(context.seed, Stream::Improvement, improvement.rounds, 0);
         let Walks { draft, tried, .. } = &mut self.walks;
         tried.copy(draft);
-        let may_be = tried.change(context, search, self.window.swing(), &mut random)?;
+        let swing = self.window.swing();
+        let may_be = if self.window.has_fewer {
+            tried.leave_out_steps(context, search, swing)?
+        } else {
+            tried.move_foothold(context, search, swing, &mut random)?
+        };
         if may_be && self.window.has_the_ends_of(draft, tried) {
             self.task = Task::Sample { next: 0 };
         }

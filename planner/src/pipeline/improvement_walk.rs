@@ -82,33 +82,19 @@ impl Walk {
         graph.transitions()[node as usize].other
     }
 
-    /// Changes the step after a node: leaves it out with the next one, or moves its foothold.
-    /// Returns whether there is such a walk.
+    /// Moves the foothold on which the swing after a node lands. Returns whether there is such a
+    /// walk.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn change(
+    pub fn move_foothold(
         &mut self,
         context: &PlanningContext,
         search: &mut Search,
         swing: usize,
         random: &mut Random,
     ) -> Result<bool, ArenaFull> {
-        match random.below(Aim::KINDS + 1) {
-            Aim::KINDS => self.leave_out_steps(context, search, swing),
-            kind => self.move_foothold(context, search, (swing, Aim::of(kind)), random),
-        }
-    }
-
-    /// Moves the foothold on which the swing after a node lands. Returns whether there is such a
-    /// walk.
-    fn move_foothold(
-        &mut self,
-        context: &PlanningContext,
-        search: &mut Search,
-        (swing, aim): (usize, Aim),
-        random: &mut Random,
-    ) -> Result<bool, ArenaFull> {
+        let aim = Aim::of(random.below(Aim::KINDS));
         let known = self.landing(&search.roadmap.graph, swing);
         if is_at_an_end(&search.roadmap, known) {
             return Ok(false);
@@ -176,7 +162,10 @@ impl Walk {
 
     /// Leaves out the step after a node and the next one, which the other foot makes. Returns
     /// whether there is such a walk.
-    fn leave_out_steps(
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn leave_out_steps(
         &mut self,
         context: &PlanningContext,
         search: &mut Search,

@@ -8,11 +8,11 @@ use crate::motion::ids::TransitionId;
 use crate::pipeline::improvement_walk::Walk;
 use crate::pipeline::trial_motion::TrialFacts;
 
-/// Steps before the one that changes that are smoothed and timed with it.
-const BEFORE: usize = 1;
-/// Steps after it: two more begin or land on the foothold, and a step that is left out changes
-/// the next but two.
-const AFTER: usize = 3;
+/// Steps after the one that changes that are smoothed and timed with it: the foot's own next step,
+/// which begins on the foothold, and the one between.
+const AFTER: usize = 2;
+/// The same where steps are left out, which changes one more.
+const AFTER_FEWER: usize = 4;
 /// How much less likely a step becomes once walks were tried there and none was faster.
 const FADED: f64 = 0.5;
 
@@ -87,21 +87,30 @@ pub(crate) struct Window {
     end: usize,
     /// Walks tried so far.
     pub tries: u32,
+    /// Whether steps are left out in it; else footholds are moved.
+    pub has_fewer: bool,
     has_gained: bool,
     /// The motion of the draft in it.
     facts: TrialFacts,
 }
 
 impl Window {
-    /// The window about a step, of a walk of `nodes` nodes with these nodes before its swings.
-    pub fn about(step: usize, swings: impl Iterator<Item = usize> + Clone, nodes: usize) -> Self {
+    /// The window about a step, of a walk of `nodes` nodes with these nodes before its swings, to
+    /// move footholds or to have fewer steps.
+    pub fn about(
+        (step, has_fewer): (usize, bool),
+        swings: impl Iterator<Item = usize> + Clone,
+        nodes: usize,
+    ) -> Self {
+        let after = if has_fewer { AFTER_FEWER } else { AFTER };
         let node = |swing: usize| swings.clone().nth(swing).unwrap_or(nodes - 1);
         Self {
             step,
             swing: node(step),
-            begin: step.checked_sub(BEFORE + 1).map_or(0, |swing| node(swing) + 1),
-            end: node(step + AFTER + 1),
+            begin: step.checked_sub(1).map_or(0, |swing| node(swing) + 1),
+            end: node(step + after + 1),
             tries: 0,
+            has_fewer,
             has_gained: false,
             facts: TrialFacts::WORST,
         }
