@@ -17,6 +17,9 @@ use crate::timing::limit::BindingTimes;
 use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
 
+/// Pieces of a plan that are timed at once where none of them is needed early.
+const PIECES_AT_ONCE: usize = 3;
+
 /// Makes the chunks of a plan and their digest. One unit of work for each motion that is written,
 /// and one for each chunk that is finalized.
 #[derive(Debug)]
@@ -70,12 +73,14 @@ impl ChunkStage {
         kept.binding = binding.unwrap_or_default();
     }
 
-    /// Begins another plan, from the same start to the same goal as the best one.
+    /// Begins another plan, from the same start to the same goal as the best one. Nothing of it is
+    /// needed early, so more pieces are timed at once where all of the best one have a timing.
     pub fn begin_another(&mut self) {
         let Some(kept) = &self.kept else { return };
+        let pieces = if kept.stats.untimed_pieces == 0 { PIECES_AT_ONCE } else { 1 };
         self.chunks.begin_like(&kept.chunks);
         (self.next, self.is_written) = (0, false);
-        self.timed.iter_mut().for_each(TimedChunks::begin);
+        self.timed.iter_mut().for_each(|timed| timed.begin(pieces));
     }
 
     /// Takes the best plan.
@@ -89,21 +94,6 @@ impl ChunkStage {
     /// The chunks of the best plan.
     pub fn kept_chunks(&self) -> &[PlanChunk] {
         self.kept.as_ref().map_or(&[], |kept| kept.chunks.chunks())
-    }
-
-    /// Adds the next span of a `path` to one timing of all its spans, or makes that. Returns the
-    /// work units spent, and at the end the duration (s) where there is a timing.
-    ///
-    /// # Errors
-    /// An arena is full.
-    pub fn time_at_once(
-        &mut self,
-        path: Option<Path<'_>>,
-    ) -> Result<(u64, Option<Option<f64>>), ArenaFull> {
-        let (Some(timed), Some(path)) = (&mut self.timed, path) else {
-            return Ok((1, Some(None)));
-        };
-        timed.advance_at_once(path)
     }
 
     /// When the best plan ends, s.

@@ -17,18 +17,24 @@ use crate::pipeline::improvement_walk::Walk;
 use crate::pipeline::improvement_window::{Places, Window};
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
-use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::{Event, WorkCategory};
+use crate::pipeline::trial_motion::{Trial, TrialMotion};
 use crate::preparation::planning_context::PlanningContext;
+use crate::smooth_path::smoother::{SearchedPlan, SmoothingInputs};
 
 /// Walks that are tried in one window.
 const TRIES: u32 = 8;
+/// One of so many windows leaves out steps.
+const FEWER_EVERY: usize = 8;
 /// Smallest gain in a window, s.
 const GAIN_MIN: f64 = 0.01;
-/// Kinds of walks of which one leaves out steps.
-const KINDS: usize = 4;
 /// Work that is left for a whole walk, relative to the most that one has taken.
-const RESERVE: f64 = 1.3;
+const RESERVE: f64 = 1.15;
+/// Work of the smoothing and timing of a further walk, relative to that of the first: more of it
+/// is timed at once.
+const FURTHER_SHARE: f64 = 0.7;
+/// Work in windows between two whole walks, relative to all of the improvement so far.
+const WINDOWS_SHARE: f64 = 0.5;
 
 /// What the stage does next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,10 +43,8 @@ enum Task {
     Begin,
     /// Choose a window.
     Choose,
-    /// Smooth the draft in the window, or the walk that is tried.
-    Smooth { is_tried: bool },
-    /// Time it.
-    Time { is_tried: bool },
+    /// Smooth and time the draft in the window, or the walk that is tried.
+    Measure { is_tried: bool },
     /// Make another walk.
     Propose,
     /// Sample configurations of its transitions, from `next` on.
@@ -49,13 +53,6 @@ enum Task {
     Move { next: usize },
     /// Compare the duration of the draft with that of the best plan.
     Compare,
-}
-
-/// What smooths and times.
-#[derive(Debug)]
-pub(crate) struct MotionStages<'a> {
-    pub smooth_path: &'a mut SmoothPathStage,
-    pub chunks: &'a mut ChunkStage,
 }
 
 /// Makes other walks, one in each round. A round's random numbers depend on the seed and its number
@@ -69,6 +66,8 @@ pub(crate) struct ImprovementStage {
     window: Window,
     /// How long each step of the best plan takes.
     places: Places,
+    /// The motion in the window; none where plans keep the searched motion.
+    trial: Option<TrialMotion>,
     /// Most work that the smoothing and timing of one walk took.
     walk_work: u64,
     /// Work when the last one began or ended.
@@ -89,15 +88,16 @@ struct Walks {
 
 impl ImprovementStage {
     /// Reserves memory for plans of `edges_max` edges, if work is wanted.
-    pub fn new(wanted: u64, edges_max: usize) -> Self {
+    pub fn new(wanted: u64, edges_max: usize, trial: Option<TrialMotion>) -> Self {
         let edges_max = if wanted > 0 { edges_max } else { 0 };
         let walk = || Walk { nodes: reserve(edges_max + 1) };
         Self {
             wanted,
             task: Task::Begin,
             walks: Walks { best: walk(), draft: walk(), tried: walk() },
-            window: Window::default(),
+            window: Window::about((0, false), std::iter::empty(), 1),
             places: Places::new(edges_max),
+            trial,
             walk_work: 0,
             since: 0,
             improvement: None,
@@ -118,7 +118,8 @@ impl ImprovementStage {
     pub fn bytes(&self) -> usize {
         let Walks { best, draft, tried } = &self.walks;
         let nodes = [best, draft, tried].map(|walk| walk.nodes.capacity());
-        nodes.iter().sum::<usize>() * size_of::<TransitionId>() + self.places.bytes()
+        let trial = self.trial.as_ref().map_or(0, TrialMotion::bytes);
+        nodes.iter().sum::<usize>() * size_of::<TransitionId>() + self.places.bytes() + trial
     }
 
     /// Advances by one piece of work.
@@ -129,24 +130,17 @@ impl ImprovementStage {
         &mut self,
         context: &PlanningContext,
         search: &mut Search,
-        mut stages: MotionStages<'_>,
+        chunks: &mut ChunkStage,
         budget: u64,
     ) -> Result<Event, ArenaFull> {
         match self.task {
-            Task::Begin => self.begin(search, stages.chunks),
-            Task::Choose => return Ok(self.choose(context, search, &mut stages)),
-            Task::Smooth { is_tried } => {
-                let event = stages.smooth_path.step(context, search, budget)?;
-                if event == Event::Done {
-                    stages.chunks.begin_another();
-                    self.task = Task::Time { is_tried };
-                }
-            }
-            Task::Time { is_tried } => self.time(search, &mut stages, is_tried)?,
+            Task::Begin => self.begin(search, chunks),
+            Task::Choose => return Ok(self.choose(context, search, chunks)),
+            Task::Measure { is_tried } => self.measure(context, search, is_tried, budget),
             Task::Propose => self.propose(context, search)?,
             Task::Sample { next } => self.sample(context, search, next, budget)?,
             Task::Move { next } => self.plan_motions(context, search, next, budget)?,
-            Task::Compare => self.compare(search, stages.chunks),
+            Task::Compare => self.compare(search, chunks),
         }
         Ok(Event::Continue)
     }
@@ -167,7 +161,8 @@ impl ImprovementStage {
             ..Improvement::default()
         });
         let of = |category: WorkCategory| search.stats.work_by_category[category as usize];
-        self.walk_work = of(WorkCategory::Shortcuts) + of(WorkCategory::Chunks);
+        let first = of(WorkCategory::Shortcuts) + of(WorkCategory::Chunks);
+        self.walk_work = (FURTHER_SHARE * first as f64) as u64;
         self.since = search.stats.work;
         self.task = Task::Choose;
     }
@@ -181,37 +176,47 @@ impl ImprovementStage {
         search.outcome = Some(Outcome::Found);
     }
 
-    /// Chooses the next window, or lets the draft be smoothed and timed: where as much work as that
-    /// takes has gone into windows, or no more than that is left.
+    /// Chooses the next window, or lets the draft be smoothed and timed: after enough windows, or
+    /// where no more work is left than that takes.
     fn choose(
         &mut self,
         context: &PlanningContext,
         search: &mut Search,
-        stages: &mut MotionStages<'_>,
+        chunks: &mut ChunkStage,
     ) -> Event {
         search.stats.work += 1;
         let is_last = self.has_left_only_a_walk(search);
-        if self.walks.draft.nodes != self.walks.best.nodes {
-            if is_last || search.stats.work - self.since >= self.walk_work {
-                search.segmentation.set_plan(&self.walks.draft.nodes);
-                stages.chunks.begin_another();
+        let Walks { best, draft, .. } = &self.walks;
+        if draft.nodes != best.nodes {
+            if is_last || self.has_tried_enough(search) {
+                search.segmentation.set_plan(&draft.nodes);
+                chunks.begin_another();
                 self.since = search.stats.work;
                 self.task = Task::Compare;
                 return Event::NewWalk;
             }
         } else if is_last {
-            self.end(search, stages.chunks);
+            self.end(search, chunks);
             return Event::Found;
         }
         let name = self.improvement.map_or(0, |improvement| improvement.rounds);
         let mut random = Random::new(context.seed, Stream::Improvement, name, 1);
-        let draft = &self.walks.draft;
-        let chosen = self.places.choose(draft.swings(&search.roadmap).count(), &mut random);
         let swings = draft.swings(&search.roadmap);
-        self.window = Window::about(chosen, swings, draft.nodes.len());
-        search.segmentation.set_plan(self.window.of(draft, draft));
-        self.task = Task::Smooth { is_tried: false };
+        let chosen = self.places.choose(swings.clone().count(), &mut random);
+        let has_fewer = random.below(FEWER_EVERY) == 0;
+        self.window = Window::about((chosen, has_fewer), swings, draft.nodes.len());
+        let is_tried = self.trial.is_none();
+        self.task = if is_tried { Task::Propose } else { Task::Measure { is_tried } };
         Event::Continue
+    }
+
+    /// Whether the windows since the last whole walk have taken as much work as that, and their
+    /// share of all.
+    fn has_tried_enough(&self, search: &Search) -> bool {
+        let first = self.improvement.map_or(0, |improvement| improvement.first_work);
+        let all = (search.stats.work - first) as f64;
+        let tried = search.stats.work - self.since;
+        tried >= self.walk_work && tried as f64 >= WINDOWS_SHARE * all || self.trial.is_none()
     }
 
     /// Whether no more work is left than one walk and one window may take.
@@ -220,27 +225,35 @@ impl ImprovementStage {
         left < (RESERVE * self.walk_work as f64) as u64
     }
 
-    /// Times the path in the window, and compares it with that of the draft.
-    fn time(
+    /// Smooths and times the walk in the window. A faster one goes into the draft.
+    fn measure(
         &mut self,
+        context: &PlanningContext,
         search: &mut Search,
-        stages: &mut MotionStages<'_>,
         is_tried: bool,
-    ) -> Result<(), ArenaFull> {
-        let (work, timed) = stages.chunks.time_at_once(stages.smooth_path.path())?;
-        search.stats.work += work;
-        let Some(seconds) = timed else { return Ok(()) };
-        let seconds = seconds.unwrap_or(f64::INFINITY);
-        if !is_tried {
-            self.window.seconds = seconds;
-        } else if seconds < self.window.seconds - GAIN_MIN {
-            let Walks { draft, tried, .. } = &mut self.walks;
-            self.window.end = self.window.end + tried.nodes.len() - draft.nodes.len();
-            self.window.seconds = seconds;
-            std::mem::swap(draft, tried);
+        budget: u64,
+    ) {
+        let Walks { draft, tried, .. } = &mut self.walks;
+        let Some(trial) = &mut self.trial else { return };
+        let walk = if is_tried { &*tried } else { &*draft };
+        let inputs = SmoothingInputs {
+            constraints: &context.constraints,
+            plan: SearchedPlan { roadmap: &search.roadmap, nodes: self.window.of(draft, walk) },
+            leg_extension: context.preparation.gait().leg_extension,
+        };
+        let (spent, result) = trial.advance(&inputs, &self.window.known(GAIN_MIN), budget);
+        search.stats.work += spent;
+        match result {
+            Trial::Running => return,
+            Trial::Rejected => {}
+            Trial::Better(facts) => {
+                self.window.take(facts, tried.nodes.len(), draft.nodes.len(), is_tried);
+                if is_tried {
+                    std::mem::swap(draft, tried);
+                }
+            }
         }
         self.task = Task::Propose;
-        Ok(())
     }
 
     /// Makes the walk of the next round.
@@ -248,7 +261,9 @@ impl ImprovementStage {
         search.stats.work += 1;
         let is_last = self.has_left_only_a_walk(search);
         let Some(improvement) = &mut self.improvement else { return Ok(()) };
-        if self.window.tries == TRIES || is_last {
+        let tries = if self.window.has_fewer { 1 } else { TRIES };
+        if self.window.tries >= tries || is_last {
+            self.places.leave(&self.window);
             self.task = Task::Choose;
             return Ok(());
         }
@@ -257,12 +272,11 @@ impl ImprovementStage {
         let mut random = Random::new(context.seed, Stream::Improvement, improvement.rounds, 0);
         let Walks { draft, tried, .. } = &mut self.walks;
         tried.copy(draft);
-        let Some(swing) = self.window.swing(draft, &search.roadmap, &mut random) else {
-            return Ok(());
-        };
-        let may_be = match random.below(KINDS) {
-            0 => tried.leave_out_steps(context, search, swing)?,
-            _ => tried.move_foothold(context, search, swing, &mut random)?,
+        let swing = self.window.swing();
+        let may_be = if self.window.has_fewer {
+            tried.leave_out_steps(context, search, swing)?
+        } else {
+            tried.move_foothold(context, search, swing, &mut random)?
         };
         if may_be && self.window.has_the_ends_of(draft, tried) {
             self.task = Task::Sample { next: 0 };
@@ -301,7 +315,7 @@ impl ImprovementStage {
         mut next: usize,
         budget: u64,
     ) -> Result<(), ArenaFull> {
-        let Walks { draft, tried, .. } = &self.walks;
+        let Walks { draft, tried, .. } = &mut self.walks;
         if !search.batch.is_running() {
             search.batch.begin();
             let Search { batch, roadmap, .. } = search;
@@ -312,8 +326,12 @@ impl ImprovementStage {
         if batch.failures[0] > 0 {
             self.task = Task::Propose;
         } else if next == tried.nodes.len() - 1 {
-            search.segmentation.set_plan(self.window.of(draft, tried));
-            self.task = Task::Smooth { is_tried: true };
+            if self.trial.is_none() {
+                draft.copy(tried);
+            }
+            let is_tried = true;
+            self.task =
+                if self.trial.is_none() { Task::Choose } else { Task::Measure { is_tried } };
         }
         Ok(())
     }

@@ -14,10 +14,37 @@ use crate::pipeline::foothold_sampling::FootholdSampler;
 use crate::pipeline::search::Search;
 use crate::preparation::planning_context::PlanningContext;
 
-/// Greatest offset (m) and turn (rad) of a foothold that is moved at random.
-const SPREAD: (f64, f64) = (0.1, 0.2);
+/// Greatest offsets (m) of a foothold that is moved at random, far and near.
+const SHIFTS: [f64; 2] = [0.12, 0.04];
+/// Greatest turn (rad) of such a foothold for each metre of the greatest offset.
+const TURN_PER_SHIFT: f64 = 2.0;
+/// Largest part of the way to its aim that a foothold is moved.
+const PART_MAX: f64 = 1.0;
 /// Marks the names of random placements.
 const NAME: u64 = 1 << 43;
+
+/// Where a foothold is moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Aim {
+    /// Anywhere within this distance along each axis, m.
+    Random(f64),
+    /// Towards the middle between the places of its foot before and after it.
+    Between,
+    /// Towards the heading of the stance foot and the width at which the robot walks.
+    Aside,
+}
+
+impl Aim {
+    const KINDS: usize = 4;
+
+    fn of(kind: usize) -> Self {
+        match kind {
+            0 => Self::Between,
+            1 => Self::Aside,
+            kind => Self::Random(SHIFTS[kind % SHIFTS.len()]),
+        }
+    }
+}
 
 /// The nodes of a plan, to be changed. Allocated once.
 #[derive(Debug)]
@@ -55,8 +82,7 @@ impl Walk {
         graph.transitions()[node as usize].other
     }
 
-    /// Moves the foothold on which the swing after a node lands to a random place near its own, or
-    /// midway between the places of the foot before and after it. Returns whether there is such a
+    /// Moves the foothold on which the swing after a node lands. Returns whether there is such a
     /// walk.
     ///
     /// # Errors
@@ -68,13 +94,16 @@ impl Walk {
         swing: usize,
         random: &mut Random,
     ) -> Result<bool, ArenaFull> {
+        let aim = Aim::of(random.below(Aim::KINDS));
         let known = self.landing(&search.roadmap.graph, swing);
         if is_at_an_end(&search.roadmap, known) {
             return Ok(false);
         }
         let foothold = &search.roadmap.graph.footholds()[known as usize];
         let (limb, crouch) = (foothold.limb, foothold.crouch);
-        let pose = nearby(&foothold.world_from_sole, random);
+        let Some(pose) = self.aimed(context, &search.roadmap, (swing, aim), random) else {
+            return Ok(false);
+        };
         let graph = &mut search.roadmap.graph;
         let before = graph.footholds().len();
         let name = (NAME | u64::from(known), random.bits());
@@ -86,6 +115,49 @@ impl Walk {
         let moved = before as FootholdId;
         graph.set_crouch(moved, crouch);
         self.replace(context, graph, swing + 1, [known, moved])
+    }
+
+    /// Where the foothold on which the swing after a node lands is moved; `None` where that is
+    /// nowhere.
+    fn aimed(
+        &self,
+        context: &PlanningContext,
+        roadmap: &Roadmap,
+        (swing, aim): (usize, Aim),
+        random: &mut Random,
+    ) -> Option<Pose> {
+        let graph = &roadmap.graph;
+        let footholds = graph.footholds();
+        let pose = |id: FootholdId| footholds[id as usize].world_from_sole;
+        let landing = self.landing(graph, swing);
+        let here = pose(landing);
+        let part = random.uniform(0.0, PART_MAX);
+        match aim {
+            Aim::Random(shift) => Some(nearby(&here, shift, random)),
+            Aim::Between => {
+                let from = match boundary_of(self.nodes[swing]) {
+                    Some(boundary) => {
+                        roadmap.boundary(boundary).footholds[footholds[landing as usize].limb]
+                    }
+                    None => graph.transitions()[self.nodes[swing] as usize].other,
+                };
+                let next = self.swings(roadmap).filter(|next| *next > swing).nth(1)?;
+                let to = self.landing(graph, next);
+                let middle = 0.5 * (pose(from).translation + pose(to).translation);
+                Some(Pose::from_parts(here.translation.lerp(middle, part), here.rotation))
+            }
+            Aim::Aside => {
+                let stance = graph.transitions()[self.nodes[swing + 1] as usize].stance;
+                let stance = pose(stance);
+                let from_stance =
+                    stance.rotation.inverse() * (here.translation - stance.translation);
+                let side = from_stance.y.signum();
+                let width = context.preparation.step_limits().walking_width();
+                let shift = (side * width - from_stance.y) * part;
+                let moved = here.translation + stance.rotation * (DVec3::Y * shift);
+                Some(Pose::from_parts(moved, here.rotation.slerp(stance.rotation, part)))
+            }
+        }
     }
 
     /// Leaves out the step after a node and the next one, which the other foot makes. Returns
@@ -157,9 +229,9 @@ fn is_at_an_end(roadmap: &Roadmap, foothold: FootholdId) -> bool {
 }
 
 /// A random pose near a sole, turned about the vertical.
-fn nearby(world_from_sole: &Pose, random: &mut Random) -> Pose {
-    let (shift, turn) = SPREAD;
+fn nearby(world_from_sole: &Pose, shift: f64, random: &mut Random) -> Pose {
     let offset = DVec3::new(random.uniform(-shift, shift), random.uniform(-shift, shift), 0.0);
+    let turn = TURN_PER_SHIFT * shift;
     let turn = rotation_about(DVec3::Z, random.uniform(-turn, turn));
     Pose::from_parts(world_from_sole.translation + offset, world_from_sole.rotation * turn)
 }

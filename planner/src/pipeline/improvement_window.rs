@@ -1,21 +1,25 @@
-//! Windows of a walk in which others are tried, where the walk takes long.
+//! Windows of a walk in which others are tried: where it takes long.
 
 use surefoot_shared_types::message::{PlanChunk, SupportMode};
 
 use crate::base::arena::reserve;
 use crate::base::random::Random;
 use crate::motion::ids::TransitionId;
-use crate::motion::roadmap::Roadmap;
 use crate::pipeline::improvement_walk::Walk;
+use crate::pipeline::trial_motion::TrialFacts;
 
-/// Steps before and after the chosen one that may change, too.
-const CHANGED: usize = 1;
-/// Steps around these that are smoothed and timed with them.
-const AROUND: usize = 2;
+/// Steps after the one that changes that are smoothed and timed with it: the foot's own next step,
+/// which begins on the foothold, and the one between.
+const AFTER: usize = 2;
+/// The same where steps are left out, which changes one more.
+const AFTER_FEWER: usize = 4;
+/// How much less likely a step becomes once walks were tried there and none was faster.
+const FADED: f64 = 0.5;
 
 /// How long each step of a plan takes, from touch-down to touch-down, s.
 #[derive(Debug)]
 pub(crate) struct Places {
+    /// Less where walks were tried.
     seconds: Vec<f64>,
 }
 
@@ -41,6 +45,7 @@ impl Places {
     }
 
     /// A random step of `steps`, the more likely the longer it takes: by the square of its time.
+    /// What makes a step long may be its foothold or one of the two before.
     pub fn choose(&self, steps: usize, random: &mut Random) -> usize {
         let known = &self.seconds[..self.seconds.len().min(steps)];
         let weight = |seconds: &f64| seconds * seconds;
@@ -49,7 +54,18 @@ impl Places {
             left -= weight(seconds);
             left < 0.0
         };
-        known.iter().position(is_past).unwrap_or(0)
+        let chosen = known.iter().position(is_past).unwrap_or(0);
+        chosen.saturating_sub(random.below(3))
+    }
+
+    /// Makes the step of a window less likely, if no walk was faster there.
+    pub fn leave(&mut self, window: &Window) {
+        if window.has_gained {
+            return;
+        }
+        if let Some(seconds) = self.seconds.get_mut(window.step) {
+            *seconds *= FADED;
+        }
     }
 
     /// Bytes reserved.
@@ -59,46 +75,69 @@ impl Places {
 }
 
 /// Some steps of a walk.
-#[derive(Debug, Default, Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Window {
+    /// The step that changes.
+    step: usize,
+    /// The node before it.
+    swing: usize,
     /// The first node, at a touch-down or the start.
     begin: usize,
     /// The last node, at a lift-off or the goal.
-    pub end: usize,
-    /// The nodes before the swings that may change: the first, and the end.
-    changed: [usize; 2],
+    end: usize,
     /// Walks tried so far.
     pub tries: u32,
-    /// Duration of the walk in it, s.
-    pub seconds: f64,
+    /// Whether steps are left out in it; else footholds are moved.
+    pub has_fewer: bool,
+    has_gained: bool,
+    /// The motion of the draft in it.
+    facts: TrialFacts,
 }
 
 impl Window {
-    /// The window about a swing, of a walk of `nodes` nodes with these nodes before its swings.
-    pub fn about(chosen: usize, swings: impl Iterator<Item = usize> + Clone, nodes: usize) -> Self {
+    /// The window about a step, of a walk of `nodes` nodes with these nodes before its swings, to
+    /// move footholds or to have fewer steps.
+    pub fn about(
+        (step, has_fewer): (usize, bool),
+        swings: impl Iterator<Item = usize> + Clone,
+        nodes: usize,
+    ) -> Self {
+        let after = if has_fewer { AFTER_FEWER } else { AFTER };
         let node = |swing: usize| swings.clone().nth(swing).unwrap_or(nodes - 1);
-        let first = chosen.saturating_sub(CHANGED);
-        let before = first.checked_sub(AROUND + 1);
-        let after = chosen + CHANGED + AROUND + 1;
         Self {
-            begin: before.map_or(0, |swing| node(swing) + 1),
-            end: node(after),
-            changed: [node(first), node(chosen + CHANGED + 1)],
+            step,
+            swing: node(step),
+            begin: step.checked_sub(1).map_or(0, |swing| node(swing) + 1),
+            end: node(step + after + 1),
             tries: 0,
-            seconds: f64::INFINITY,
+            has_fewer,
+            has_gained: false,
+            facts: TrialFacts::WORST,
+        }
+    }
+
+    /// The node before the step that changes.
+    pub fn swing(&self) -> usize {
+        self.swing
+    }
+
+    /// What another motion in it is compared with: that of the draft, faster by `gain` (s).
+    pub fn known(&self, gain: f64) -> TrialFacts {
+        TrialFacts { seconds: self.facts.seconds - gain, ..self.facts }
+    }
+
+    /// Takes the motion of the draft, which is another walk of so many nodes if `is_tried`.
+    pub fn take(&mut self, facts: TrialFacts, nodes: usize, before: usize, is_tried: bool) {
+        self.facts = facts;
+        if is_tried {
+            self.has_gained = true;
+            self.end = self.end + nodes - before;
         }
     }
 
     /// The nodes of `walk` in the window, which is one of `draft`.
     pub fn of<'a>(&self, draft: &Walk, walk: &'a Walk) -> &'a [TransitionId] {
         &walk.nodes[self.begin..=self.end + walk.nodes.len() - draft.nodes.len()]
-    }
-
-    /// The node before a random swing that may change.
-    pub fn swing(&self, draft: &Walk, roadmap: &Roadmap, random: &mut Random) -> Option<usize> {
-        let may_change = |swing: &usize| (self.changed[0]..self.changed[1]).contains(swing);
-        let count = draft.swings(roadmap).filter(may_change).count();
-        draft.swings(roadmap).filter(may_change).nth(random.below(count.max(1)))
     }
 
     /// Whether another walk is that of the draft outside of the window.

@@ -46,6 +46,7 @@ mod stage_table;
 mod step_removal;
 mod timed_chunks;
 mod transition_estimates;
+mod trial_motion;
 mod uniform_rounds;
 
 pub use bottlenecks::Bottleneck;

@@ -47,7 +47,7 @@ use crate::pipeline::direct_stage::DirectStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
 use crate::pipeline::improvement::Improvement;
-use crate::pipeline::improvement_stage::{ImprovementStage, MotionStages};
+use crate::pipeline::improvement_stage::ImprovementStage;
 use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::{Bound, Outcome, Status};
 use crate::pipeline::outcome_text;
@@ -134,11 +134,7 @@ impl Stages {
                 let path = self.smooth_path.path();
                 self.chunks.step(context, search, path, budget)
             }
-            Stage::Improvement => {
-                let stages =
-                    MotionStages { smooth_path: &mut self.smooth_path, chunks: &mut self.chunks };
-                self.improvement.step(context, search, stages, budget)
-            }
+            Stage::Improvement => self.improvement.step(context, search, &mut self.chunks, budget),
             Stage::Method => self.method.step(context, search, budget),
             Stage::Over => Ok(Event::Continue),
         }

@@ -48,6 +48,7 @@ use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
+use crate::pipeline::trial_motion::{self, TrialMotion};
 use crate::pipeline::uniform_rounds::UniformRounds;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
@@ -222,10 +223,10 @@ impl<'a> PlannerBuilder<'a> {
             ),
             chunks: ChunkStage::new(
                 self.chunks(&context),
-                self.timing(),
+                self.timing(config.waypoints_max as usize),
                 (self.improvement_work > 0).then(|| self.chunks(&context)),
             ),
-            improvement: ImprovementStage::new(self.improvement_work, edges_max),
+            improvement: ImprovementStage::new(self.improvement_work, edges_max, self.trial()),
             method,
         };
         let joint_names = self.model.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -310,12 +311,17 @@ impl<'a> PlannerBuilder<'a> {
         }
     }
 
-    /// The timing of smooth paths, if plans are smoothed.
-    fn timing(&self) -> Option<PathTiming> {
+    /// The motion of parts of a plan that are tried, if smooth plans are improved.
+    fn trial(&self) -> Option<TrialMotion> {
+        let is_wanted = self.improvement_work > 0;
+        is_wanted.then(|| self.timing(trial_motion::POINTS_MAX)).flatten().map(TrialMotion::new)
+    }
+
+    /// The timing of smooth paths of `points_max` points, if plans are smoothed.
+    fn timing(&self, points_max: usize) -> Option<PathTiming> {
         let execution = &self.scenario.execution;
         let limits =
             TimingLimits::new(self.model, execution.share, self.world.mu, &self.scenario.checker);
-        let points_max = self.scenario.planner.waypoints_max as usize;
         (execution.motion == MotionKind::Smooth)
             .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
     }

@@ -48,6 +48,10 @@ pub(crate) struct TimedChunks {
     untimed_end: Option<usize>,
     /// When the chunk written last brakes, s.
     brake_after: f64,
+    /// Pieces that are added before all that are open are timed.
+    pieces_at_once: usize,
+    /// Pieces added since then.
+    untimed_yet: usize,
     counts: Counts,
     binding: BindingTimes,
 }
@@ -72,13 +76,16 @@ impl TimedChunks {
             written: 0,
             untimed_end: None,
             brake_after: 0.0,
+            pieces_at_once: 1,
+            untimed_yet: 0,
             counts: Counts::default(),
             binding: BindingTimes::default(),
         }
     }
 
-    /// Begins another path.
-    pub fn begin(&mut self) {
+    /// Begins another path, of which this many pieces are timed at once.
+    pub fn begin(&mut self, pieces_at_once: usize) {
+        (self.pieces_at_once, self.untimed_yet) = (pieces_at_once, 0);
         self.timing.begin();
         (self.first, self.pieces, self.written) = (0, [0; OPEN_PIECES + 1], 0);
         (self.untimed_end, self.brake_after) = (None, 0.0);
@@ -137,25 +144,6 @@ impl TimedChunks {
         self.time_next(path).map(Progress::Spent)
     }
 
-    /// Adds the next span to one timing of all spans, which writes nothing, or makes that. Returns
-    /// the work units spent, and at the end the duration (s) where there is a timing.
-    ///
-    /// # Errors
-    /// An arena is full.
-    pub fn advance_at_once(
-        &mut self,
-        path: Path<'_>,
-    ) -> Result<(u64, Option<Option<f64>>), ArenaFull> {
-        let known = self.timing.spans();
-        if let Some(span) = path.spans.get(known) {
-            self.timing.add_span(path)?;
-            return Ok((UNITS_PER_POINT * (span.last - span.first + 1) as u64, None));
-        }
-        let is_timed = known > 0 && self.timing.solve(path, 0, 0);
-        let seconds = is_timed.then(|| self.timing.span_times(known - 1).end);
-        Ok((UNITS_PER_POINT * path.points.len() as u64, Some(seconds)))
-    }
-
     /// Adds the next span, and times the path up to its end where a foot lands there. Returns the
     /// work units spent.
     fn time_next(&mut self, path: Path<'_>) -> Result<u64, ArenaFull> {
@@ -171,6 +159,11 @@ impl TimedChunks {
         }
         self.pieces.rotate_left(1);
         self.pieces[OPEN_PIECES] = known;
+        self.untimed_yet += 1;
+        if known < path.spans.len() && self.untimed_yet < self.pieces_at_once {
+            return Ok(UNITS_PER_POINT * points);
+        }
+        self.untimed_yet = 0;
         let open = path.spans[self.pieces[0].max(self.first)].first;
         let known_path = Path { spans: &path.spans[self.first..known], ..path };
         let [fixed, written] =

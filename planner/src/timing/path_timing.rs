@@ -210,6 +210,13 @@ impl PathTiming {
         true
     }
 
+    /// The duration (s) of the fastest profile of the path known so far, which begins anew: not
+    /// rounded, and not checked as a motion. `None` where there is none.
+    pub fn fastest_seconds(&mut self) -> Option<f64> {
+        let last = self.spans().checked_sub(1)?;
+        self.profile_round().then(|| self.span_times(last).end)
+    }
+
     /// Ends the path where the last profile within the limits ends, at rest, and takes that
     /// profile. Returns the number of its spans; 0 where there is none. `path` is the one of the
     /// last [`PathTiming::solve`].
