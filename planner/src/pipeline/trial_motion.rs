@@ -2,7 +2,6 @@
 
 use crate::base::capacity::ArenaFull;
 use crate::smooth_path::smoother::{Smoother, SmoothingInputs};
-use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
 
 /// Most edges of such a part.
@@ -121,7 +120,7 @@ impl TrialMotion {
         let work_max = SMOOTHING_WORK_MAX * known.smoothing_work as f64;
         let mut spent = 0;
         while !self.smoother.is_over() && spent < budget {
-            if self.smoothing_work as f64 > work_max {
+            if self.smoother.is_blocked() || self.smoothing_work as f64 > work_max {
                 return Ok((spent, Trial::Rejected));
             }
             self.smoother.advance(inputs)?;
@@ -138,7 +137,7 @@ impl TrialMotion {
     }
 
     fn add_span(&mut self) -> Result<(u64, Trial), ArenaFull> {
-        let path = path_of(&self.smoother);
+        let path = self.smoother.path();
         match path.spans.get(self.timing.spans()) {
             Some(span) => {
                 let points = (span.last - span.first + 1) as u64;
@@ -153,7 +152,7 @@ impl TrialMotion {
     }
 
     fn time(&mut self, known: &TrialFacts) -> (u64, Trial) {
-        let path = path_of(&self.smoother);
+        let path = self.smoother.path();
         let points = path.points.len() as u64;
         let Some(last) = self.timing.spans().checked_sub(1) else { return (1, Trial::Rejected) };
         let fastest = self.timing.fastest_seconds();
@@ -173,8 +172,4 @@ impl TrialMotion {
         };
         (UNITS_PER_POINT * points, trial)
     }
-}
-
-fn path_of(smoother: &Smoother) -> Path<'_> {
-    Path { points: smoother.points(), spans: smoother.spans() }
 }
