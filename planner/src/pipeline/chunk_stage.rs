@@ -16,9 +16,6 @@ use crate::preparation::planning_context::PlanningContext;
 use crate::timing::limit::BindingTimes;
 use crate::timing::path_timing::PathTiming;
 
-/// Pieces of a plan that are timed at once where none of them is needed early.
-const PIECES_AT_ONCE: usize = 3;
-
 /// Makes the chunks of a plan and their digest. One unit of work for each motion that is written,
 /// and one for each chunk that is finalized.
 #[derive(Debug)]
@@ -72,14 +69,12 @@ impl ChunkStage {
         kept.binding = binding.unwrap_or_default();
     }
 
-    /// Begins another plan, from the same start to the same goal as the best one. Nothing of it is
-    /// needed early, so more pieces are timed at once where all of the best one have a timing.
+    /// Begins another plan, from the same start to the same goal as the best one.
     pub fn begin_another(&mut self) {
         let Some(kept) = &self.kept else { return };
-        let pieces = if kept.stats.untimed_pieces == 0 { PIECES_AT_ONCE } else { 1 };
         self.chunks.begin_like(&kept.chunks);
         (self.next, self.is_written) = (0, false);
-        self.timed.iter_mut().for_each(|timed| timed.begin(pieces));
+        self.timed.iter_mut().for_each(TimedChunks::begin);
     }
 
     /// Takes the best plan.

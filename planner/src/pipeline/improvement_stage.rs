@@ -29,10 +29,7 @@ const FEWER_EVERY: usize = 8;
 /// Smallest gain in a window, s.
 const GAIN_MIN: f64 = 0.01;
 /// Work that is left for a whole walk, relative to the most that one has taken.
-const RESERVE: f64 = 1.15;
-/// Work of the smoothing and timing of a further walk, relative to that of the first: more of it
-/// is timed at once.
-const FURTHER_SHARE: f64 = 0.7;
+const RESERVE: f64 = 1.05;
 /// Work in windows between two whole walks, relative to all of the improvement so far.
 const WINDOWS_SHARE: f64 = 0.5;
 
@@ -64,6 +61,8 @@ pub(crate) struct ImprovementStage {
     task: Task,
     walks: Walks,
     window: Window,
+    /// Number of steps that were tried without, in order.
+    swept: usize,
     /// How long each step of the best plan takes.
     places: Places,
     /// The motion in the window; none where plans keep the searched motion.
@@ -96,6 +95,7 @@ impl ImprovementStage {
             task: Task::Begin,
             walks: Walks { best: walk(), draft: walk(), tried: walk() },
             window: Window::about((0, false), std::iter::empty(), 1),
+            swept: 0,
             places: Places::new(edges_max),
             trial,
             walk_work: 0,
@@ -173,8 +173,7 @@ impl ImprovementStage {
             ..Improvement::default()
         });
         let of = |category: WorkCategory| search.stats.work_by_category[category as usize];
-        let first = of(WorkCategory::Shortcuts) + of(WorkCategory::Chunks);
-        self.walk_work = (FURTHER_SHARE * first as f64) as u64;
+        self.walk_work = of(WorkCategory::Shortcuts) + of(WorkCategory::Chunks);
         self.since = search.stats.work;
         self.task = Task::Choose;
     }
@@ -214,11 +213,15 @@ impl ImprovementStage {
         let name = self.improvement.map_or(0, |improvement| improvement.rounds);
         let mut random = Random::new(context.seed, Stream::Improvement, name, 1);
         let swings = draft.swings(&search.roadmap);
-        let chosen = self.places.choose(swings.clone().count(), &mut random);
-        let has_fewer = random.below(FEWER_EVERY) == 0;
-        self.window = Window::about((chosen, has_fewer), swings, draft.nodes.len());
-        let is_tried = self.trial.is_none();
-        self.task = if is_tried { Task::Propose } else { Task::Measure { is_tried } };
+        let steps = swings.clone().count();
+        let place = if self.swept < steps {
+            self.swept += 1;
+            (self.swept - 1, true)
+        } else {
+            (self.places.choose(steps, &mut random), random.below(FEWER_EVERY) == 0)
+        };
+        self.window = Window::about(place, swings, draft.nodes.len());
+        self.task = Task::Propose;
         Event::Continue
     }
 
@@ -265,7 +268,8 @@ impl ImprovementStage {
                 }
             }
         }
-        self.task = Task::Propose;
+        self.window.is_measured = true;
+        self.task = if is_tried { Task::Propose } else { Task::Measure { is_tried: true } };
     }
 
     /// Makes the walk of the next round.
@@ -341,7 +345,7 @@ impl ImprovementStage {
             if self.trial.is_none() {
                 draft.copy(tried);
             }
-            let is_tried = true;
+            let is_tried = self.window.is_measured;
             self.task =
                 if self.trial.is_none() { Task::Choose } else { Task::Measure { is_tried } };
         }

@@ -89,6 +89,8 @@ pub(crate) struct Window {
     pub tries: u32,
     /// Whether steps are left out in it; else footholds are moved.
     pub has_fewer: bool,
+    /// Whether the motion of the draft in it is known.
+    pub is_measured: bool,
     has_gained: bool,
     /// The motion of the draft in it.
     facts: TrialFacts,
@@ -111,6 +113,7 @@ impl Window {
             end: node(step + after + 1),
             tries: 0,
             has_fewer,
+            is_measured: false,
             has_gained: false,
             facts: TrialFacts::WORST,
         }
