@@ -57,8 +57,8 @@ impl SmoothPathStage {
         }
         let work_left = (inputs.plan.nodes.len() + roadmap.waypoints_len()) as u64;
         let (begin, smoothed_until) = (stats.work, limits.work_max.saturating_sub(work_left));
-        let settled = smoother.path().spans.len();
-        while smoother.path().spans.len() == settled && stats.work - begin < budget {
+        let final_spans = smoother.path().spans.len();
+        while smoother.path().spans.len() == final_spans && stats.work - begin < budget {
             if smoother.is_over() {
                 stats.searched_phases = smoother.searched_phases();
                 return Ok(Event::Done);
@@ -75,7 +75,7 @@ impl SmoothPathStage {
             }
             stats.work += 1;
         }
-        let has_grown = smoother.path().spans.len() > settled;
+        let has_grown = smoother.path().spans.len() > final_spans;
         Ok(if has_grown { Event::Done } else { Event::Continue })
     }
 
