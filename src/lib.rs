@@ -60,8 +60,8 @@ pub mod system;
 pub use api::{
     AnswerError, BuildError, CheckError, Checker, CheckerConfig, Contacts, Delivery,
     DeliveryOutcome, Digest, Event, ExecutionConfig, Foot, FootLoad, Foothold, Goal, HeightMap,
-    Load, LoadError, Margins, Message, MotionKind, Parameters, Plan, PlanChunk, PlanError, Planner,
-    PlannerBuilder, PlannerConfig, Pose, PrepareError, Prepared, Publisher, ReplanError, Robot,
-    SaveError, SearchStats, SearchTrace, Shape, Stance, StartError, State, Step, Subscriber,
-    TransportError, World, WorldBuilder, WorldCorrection, WorldError,
+    Improvement, Load, LoadError, Margins, Message, MotionKind, Parameters, Plan, PlanChunk,
+    PlanError, Planner, PlannerBuilder, PlannerConfig, Pose, PrepareError, Prepared, Publisher,
+    ReplanError, Robot, SaveError, SearchStats, SearchTrace, Shape, Stance, StartError, State,
+    Step, Subscriber, TransportError, World, WorldBuilder, WorldCorrection, WorldError,
 };

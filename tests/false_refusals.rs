@@ -1,9 +1,10 @@
 //! The checker refuses no plan of the planner's: plans of many scenarios and seeds, exported and
 //! checked as a user would.
 //!
-//! `cargo test --release --test false_refusals -- --ignored --nocapture` makes 500 plans.
-//! `SUREFOOT_PLANS=N` makes N, and `SUREFOOT_PLANS_KEPT=DIR` keeps the refused plans there, and
-//! every 33rd plan for the independent checker.
+//! `cargo test --release --test false_refusals -- --ignored --nocapture` makes 2,000 plans.
+//! `SUREFOOT_PLANS=N` makes N, `SUREFOOT_SCENARIOS=DIR:DIR` takes the scenarios in these folders, of
+//! other robots for example, and `SUREFOOT_PLANS_KEPT=DIR` keeps the refused plans there, and every
+//! 33rd plan for the independent checker.
 
 #![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
@@ -35,12 +36,24 @@ const SCENARIOS: [&str; 12] = [
 /// One of so many plans is kept for the independent judge.
 const KEPT_EVERY: usize = 33;
 
+/// The files of the scenarios: those of `SUREFOOT_SCENARIOS`, else [`SCENARIOS`].
+fn scenario_files() -> Vec<String> {
+    let Some(folders) = std::env::var_os("SUREFOOT_SCENARIOS") else {
+        return SCENARIOS.map(scenario).to_vec();
+    };
+    let entries = std::env::split_paths(&folders).flat_map(|folder| fs::read_dir(folder).unwrap());
+    let paths = entries.map(|entry| entry.unwrap().path().to_str().unwrap().to_owned());
+    let mut files: Vec<String> = paths.filter(|path| path.ends_with(".toml")).collect();
+    files.sort();
+    files
+}
+
 /// Makes a plan and checks it; whether it was found and, if so, what the checker refused.
-fn try_one(name: &str, seed: usize, plan: &Path) -> Option<Result<(), String>> {
+fn try_one(scenario: &str, seed: usize, plan: &Path) -> Option<Result<(), String>> {
     let path = plan.to_str().unwrap();
     let planned = run(&[
         "plan",
-        &scenario(name),
+        scenario,
         "--seed",
         &seed.to_string(),
         "--threads",
@@ -52,7 +65,7 @@ fn try_one(name: &str, seed: usize, plan: &Path) -> Option<Result<(), String>> {
     if planned.code == 3 {
         return None;
     }
-    assert_eq!(planned.code, 0, "{name} {seed}: {}{}", planned.out, planned.err);
+    assert_eq!(planned.code, 0, "{scenario} {seed}: {}{}", planned.out, planned.err);
     let checked = run(&["check", path]);
     Some(if checked.code == 0 { Ok(()) } else { Err(format!("{}{}", checked.out, checked.err)) })
 }
@@ -61,12 +74,13 @@ fn make_and_check(count: usize) {
     let folder = tempfile::tempdir().unwrap();
     let kept = std::env::var_os("SUREFOOT_PLANS_KEPT").map(PathBuf::from);
     let (mut found, mut refusals) = (0, Vec::new());
+    let scenarios = scenario_files();
     for index in 0.. {
         if found == count {
             break;
         }
-        let (name, seed) = (SCENARIOS[index % SCENARIOS.len()], 1 + index / SCENARIOS.len());
-        let plan = folder.path().join(format!("{name}-{seed}.json"));
+        let (name, seed) = (&scenarios[index % scenarios.len()], 1 + index / scenarios.len());
+        let plan = folder.path().join(format!("{}-{seed}.json", index % scenarios.len()));
         let Some(checked) = try_one(name, seed, &plan) else {
             println!("{name} {seed}: no plan");
             continue;
@@ -92,9 +106,9 @@ fn a_few_plans_pass_the_check() {
 }
 
 #[test]
-#[ignore = "takes a quarter of an hour; run it by command"]
-fn five_hundred_plans_pass_the_check() {
+#[ignore = "takes an hour; run it by command"]
+fn two_thousand_plans_pass_the_check() {
     make_and_check(
-        std::env::var("SUREFOOT_PLANS").ok().and_then(|text| text.parse().ok()).unwrap_or(500),
+        std::env::var("SUREFOOT_PLANS").ok().and_then(|text| text.parse().ok()).unwrap_or(2_000),
     );
 }

@@ -85,7 +85,7 @@ fn m_groove_is_steeper_than_friction_and_wider_than_a_sole() {
     let world = world("m_groove");
     assert_eq!(world.shapes.len(), 2);
     for (half, side) in world.shapes.iter().zip([1.0, -1.0]) {
-        let Shape::ConvexHull { points } = &half.shape else {
+        let Shape::ConvexHull { points, .. } = &half.shape else {
             panic!("'{}' is not convex", half.name)
         };
         let top = points.iter().copied().max_by(|a, b| a.z.total_cmp(&b.z)).unwrap();

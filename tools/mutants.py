@@ -25,7 +25,6 @@ import resource
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 try:
@@ -40,8 +39,9 @@ SCRATCH = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "mutants"
 TREE = SCRATCH / "tree"
 # Tests shorter than this (s) run together in one process.
 SHORT = 0.05
-# A mutant's tests may take this much longer than without it, and s more.
-SLOWER, GRACE = 10.0, 5.0
+# A mutant's tests may take this much more processor time than without it, and s more. Deadlocks
+# end after WAIT times as long, however loaded the machine is.
+SLOWER, GRACE, WAIT = 10.0, 5.0, 20.0
 # Memory of a test, bytes: mutants may allocate without end.
 MEMORY_MAX = 4 << 30
 BUILDS_MAX = 12
@@ -365,6 +365,12 @@ def write(path, data):
         path.write_bytes(data)
 
 
+def processor_time():
+    """Of all programs run so far, s."""
+    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return spent.ru_utime + spent.ru_stime
+
+
 class Tests:
     """All tests, how long each takes, and which mutants it reaches."""
 
@@ -377,21 +383,24 @@ class Tests:
             for name in (line[:-6] for line in names if line.endswith(": test")):
                 record.unlink(missing_ok=True)
                 self.run(program, ["--exact", name], {"MUTANTS_REACHED": str(record)}, 600)
-                begin = time.monotonic()
+                begin = processor_time()
                 passes, _ = self.run(program, ["--exact", name], {}, 600)
                 if not passes:
                     print(f"left out, fails without a mutant: {name}", file=sys.stderr)
                     continue
-                self.seconds[program, name] = time.monotonic() - begin
+                self.seconds[program, name] = processor_time() - begin
                 for line in record.read_text().split() if record.exists() else []:
                     self.reached[int(line)].append((program, name))
 
-    def run(self, program, arguments, environment, timeout):
-        limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY_MAX, MEMORY_MAX))
+    def run(self, program, arguments, environment, seconds):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_AS, (MEMORY_MAX, MEMORY_MAX))
+            resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 1))
+
         try:
             done = subprocess.run(
                 [program, "--test-threads", "1", *arguments], cwd=self.folder, text=True,
-                capture_output=True, timeout=timeout, preexec_fn=limit, errors="replace",
+                capture_output=True, timeout=WAIT * seconds, preexec_fn=limit, errors="replace",
                 env={**os.environ, "CARGO_MANIFEST_DIR": str(self.folder), **environment})
         except subprocess.TimeoutExpired:
             return False, "timeout"
@@ -406,9 +415,9 @@ class Tests:
                 batches[test[0]].append(test)
         runs = list(batches.values()) + [[t] for t in tests if self.seconds[t] >= SHORT]
         for run in runs:
-            timeout = SLOWER * sum(map(self.seconds.get, run)) + GRACE
+            seconds = SLOWER * sum(map(self.seconds.get, run)) + GRACE
             names = [name for _, name in run]
-            passes, _ = self.run(run[0][0], ["--exact", *names], {"MUTANT": str(number)}, timeout)
+            passes, _ = self.run(run[0][0], ["--exact", *names], {"MUTANT": str(number)}, seconds)
             if not passes:
                 return True
         return False

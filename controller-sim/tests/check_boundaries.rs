@@ -354,11 +354,12 @@ fn margins_do_not_depend_on_where_the_robot_stands_and_where_it_looks() {
 
 #[test]
 fn a_swing_foot_slides_with_its_own_shapes() {
-    // A spur under the right foot reaches the floor, which is lower there than under the left one.
+    // A spur beside the right foot reaches the floor, which is lower there than under the left one.
     let mut spurred = robot();
     spurred.links[2].mass = 0.1;
     spurred.links[0].com.y = 0.1;
-    let spur = LinkShape { link_from_shape: at(0.0, 0.0, -0.91), shape: box_of(0.01, 0.01, 0.01) };
+    let spur =
+        LinkShape { link_from_shape: at(0.0, -0.065, -0.91), shape: box_of(0.01, 0.01, 0.01) };
     spurred.links[2].shapes.push(spur);
     let mut floor = world(vec![]);
     floor.shapes[0].world_from_shape = at(0.0, 3.0, -0.25);

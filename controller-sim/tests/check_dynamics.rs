@@ -117,6 +117,17 @@ fn speeds_and_stated_accelerations_between_waypoints_are_refused() {
 }
 
 #[test]
+fn what_accelerates_between_the_middle_and_the_ends_of_a_short_motion_is_refused() {
+    // From rest to rest by 0.3 mrad within 2 ms: at both ends and in the middle nothing accelerates,
+    // between them the shoulder does with 430 rad/s2.
+    let at = |index: usize| waypoint(0.002 * index as f64, 3e-4 * (index % 2) as f64, 0.0);
+    let shaking: Vec<Waypoint> = (0..20).map(at).collect();
+    refused(check(&shaking, &[]), Check::ZeroMoment, "too fast");
+    let at = |index: usize| waypoint(0.05 * index as f64, 3e-4 * (index % 2) as f64, 0.0);
+    check(&(0..20).map(at).collect::<Vec<_>>(), &[]).unwrap();
+}
+
+#[test]
 fn without_known_stops_the_default_acceleration_limit_holds() {
     // A light forearm swings by 0.2 rad from rest to rest in 0.2 s: 28.9 rad/s2 on the way.
     let mut light = robot();
@@ -289,6 +300,26 @@ fn a_plan_begins_and_ends_at_rest() {
 }
 
 #[test]
+fn a_stop_within_no_time_is_refused_where_the_plan_moves() {
+    let motion = smooth_swing(0.3, 1.0, 6);
+    for (seconds, resume_seconds) in [(0.0, 0.6), (0.6, 0.0)] {
+        let stop = Stop { brake_at: 0.3, seconds, resume_seconds };
+        let violation = executor().check_and_execute(&chunk(None, &motion, stop)).unwrap_err();
+        assert_eq!(violation.check, Check::Acceleration, "{violation}");
+        assert!(violation.detail.contains("within no time"), "{violation}");
+    }
+    let stop = Stop { resume_seconds: 0.6, ..NO_STOP };
+    executor().check_and_execute(&chunk(None, &motion, stop)).unwrap();
+}
+
+#[test]
+fn a_plan_that_would_rest_before_its_end_is_refused() {
+    // The controller would take the robot to stand where it stopped, and it walks to the end.
+    let stop = Stop { brake_at: 0.6, seconds: 0.6, resume_seconds: 0.6 };
+    assert_eq!(refusal(stop, |_| ()), Check::Continuity);
+}
+
+#[test]
 fn stops_across_chunks_are_checked() {
     // The second half brakes while the first one still moves: gently, too late, before it.
     let stop = |brake_at: f64, seconds: f64| Stop { brake_at, seconds, resume_seconds: 1.0 };
@@ -297,7 +328,10 @@ fn stops_across_chunks_are_checked() {
         let mut executor = executor();
         executor.check_and_execute(&first).unwrap();
         let motion = smooth_swing(0.3, 1.0, 6);
-        executor.check_and_execute(&chunk(Some(&first), &motion[3..], own))
+        let mut second = chunk(Some(&first), &motion[3..], own);
+        second.flags = 0;
+        second.write_crc();
+        executor.check_and_execute(&second)
     };
     assert!(accepted(stop(0.35, 0.6)).is_ok());
     refused(accepted(stop(0.19, 0.8)), Check::Continuity, "brakes at 0.19 s");

@@ -42,7 +42,7 @@ fn ellipsoid_hull(count: usize, seed: u64) -> Shape {
     let mut random = Random::new(seed, Stream::Preparation, 9, 0);
     let on_ellipsoid =
         (0..count).map(|_| vector(&mut random, -1.0, 1.0).normalize() * DVec3::new(0.2, 0.3, 0.15));
-    Shape::ConvexHull { points: on_ellipsoid.collect() }
+    Shape::ConvexHull { points: on_ellipsoid.collect(), source: None }
 }
 
 /// A closed triangle mesh: a block with an uneven top.
@@ -96,7 +96,7 @@ fn of_parry(shape: &Shape) -> (SharedShape, Pose, f64) {
             (SharedShape::new(Cylinder::new(*half_length, *radius)), upright, 0.0)
         }
         Shape::Capsule { radius, half_length } => (segment(*half_length), Pose::IDENTITY, *radius),
-        Shape::ConvexHull { points } => (
+        Shape::ConvexHull { points, .. } => (
             SharedShape::new(ConvexPolyhedron::from_convex_hull(points).expect("a solid hull")),
             Pose::IDENTITY,
             0.0,
@@ -277,11 +277,14 @@ fn errors_of_degenerate_shapes_name_the_owner() {
         [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.3, 0.4, 0.0)];
     let source = || None;
     let bad = [
-        Shape::ConvexHull { points: flat.to_vec() },
-        Shape::ConvexHull { points: vec![DVec3::ZERO; 9] },
-        Shape::ConvexHull { points: vec![DVec3::NAN; 9] },
-        Shape::ConvexHull { points: (0..9).map(|i| DVec3::X * f64::from(i)).collect() },
-        Shape::ConvexHull { points: Vec::new() },
+        Shape::ConvexHull { points: flat.to_vec(), source: None },
+        Shape::ConvexHull { points: vec![DVec3::ZERO; 9], source: None },
+        Shape::ConvexHull { points: vec![DVec3::NAN; 9], source: None },
+        Shape::ConvexHull {
+            points: (0..9).map(|i| DVec3::X * f64::from(i)).collect(),
+            source: None,
+        },
+        Shape::ConvexHull { points: Vec::new(), source: None },
         box_of(DVec3::new(0.1, 0.0, 0.1)),
         box_of(DVec3::new(0.1, f64::INFINITY, 0.1)),
         Shape::Sphere { radius: f64::NAN },

@@ -41,7 +41,7 @@ fn world_of_every_shape() -> World {
         (Shape::Sphere { radius: 0.2 }, DVec3::new(-0.8, 0.0, 0.0)),
         (Shape::Cylinder { radius: 0.1, half_length: 0.5 }, DVec3::new(0.0, 0.8, 0.0)),
         (Shape::Capsule { radius: 0.1, half_length: 0.5 }, DVec3::new(0.0, -0.8, 0.0)),
-        (Shape::ConvexHull { points: corners }, DVec3::new(0.5, 0.5, 0.3)),
+        (Shape::ConvexHull { points: corners, source: None }, DVec3::new(0.5, 0.5, 0.3)),
     ];
     let place = |(index, (shape, at)): (usize, (Shape, DVec3))| WorldShape {
         name: format!("shape {index}"),

@@ -22,7 +22,7 @@ fn groove(angles: [f64; 2]) -> Vec<(Shape, Pose)> {
             .iter()
             .flat_map(|&(x, z)| [DVec3::new(x, -0.5, z), DVec3::new(x, 0.5, z)])
             .collect();
-        (Shape::ConvexHull { points }, Pose::IDENTITY)
+        (Shape::ConvexHull { points, source: None }, Pose::IDENTITY)
     };
     vec![wedge(1.0, angles[0]), wedge(-1.0, angles[1])]
 }
@@ -134,7 +134,7 @@ fn one_steep_face_or_a_ridge_is_no_nest() {
         nests(&surfaces(groove([gentle; 2])), &query).is_empty(),
         "faces that hold by themselves are for the other proposals"
     );
-    let roof = (Shape::ConvexHull { points: roof(steep) }, Pose::IDENTITY);
+    let roof = (Shape::ConvexHull { points: roof(steep), source: None }, Pose::IDENTITY);
     assert!(nests(&surfaces(vec![roof]), &query).is_empty(), "a ridge is convex");
 }
 

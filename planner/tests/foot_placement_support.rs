@@ -127,7 +127,10 @@ fn a_hull_and_a_mesh_carry_like_the_box_they_trace() {
         .flat_map(|&x| [-0.4, 0.4].map(|y| (x, y)))
         .flat_map(|(x, y)| [-0.5, 0.0].map(|z| DVec3::new(x, y, z)));
     let traced = [
-        surfaces(vec![(Shape::ConvexHull { points: corners.collect() }, Pose::IDENTITY)]),
+        surfaces(vec![(
+            Shape::ConvexHull { points: corners.collect(), source: None },
+            Pose::IDENTITY,
+        )]),
         surfaces(vec![mesh(0.8, 1, |_, _| 0.0)]),
         surfaces(vec![mesh(0.8, 40, |_, _| 0.0)]),
     ];
@@ -274,7 +277,8 @@ fn invalid_soles_worlds_and_parameters_are_rejected() {
         );
     }
     let flat = [DVec3::ZERO, DVec3::X];
-    let broken = world(vec![(Shape::ConvexHull { points: flat.to_vec() }, Pose::IDENTITY)]);
+    let broken =
+        world(vec![(Shape::ConvexHull { points: flat.to_vec(), source: None }, Pose::IDENTITY)]);
     assert!(matches!(Surfaces::new(&broken, Default::default()), Err(SurfacesError::Shape { .. })));
     let config = FootPlacementConfig { plane_distance_max: f64::NAN, ..Default::default() };
     assert!(matches!(

@@ -7,6 +7,8 @@
 mod allocations;
 mod common;
 
+use std::num::NonZeroUsize;
+
 use common::{Case, WALKS, preparation_for, run};
 use surefoot_planner::methods::method::{Method, MethodParameters};
 use surefoot_planner::pipeline::outcome::Bound;
@@ -42,6 +44,22 @@ fn methods_that_allocate() -> Vec<String> {
     others.filter(allocates).map(|method| method.name().to_owned()).collect()
 }
 
+/// Allocations while a smooth walk is planned and improved.
+fn allocations_of_an_improvement() -> usize {
+    let case = Case::smooth("ibeam_hallway");
+    let preparation = preparation_for(&case.model, &case.scenario.planner);
+    let allocations = || {
+        let mut planner =
+            Planner::builder(&case.model, &case.world, &case.scenario, preparation.clone())
+                .threads(NonZeroUsize::MIN.saturating_add(1))
+                .improve(40_000)
+                .build()
+                .unwrap();
+        allocations_of(|| run(&mut planner, 1_000)).0
+    };
+    allocations().min(allocations())
+}
+
 /// The only test of the file, so that no other one allocates at the same time.
 #[test]
 fn a_built_planner_allocates_no_memory() {
@@ -72,5 +90,9 @@ fn a_built_planner_allocates_no_memory() {
         }
     }
     failures.extend(methods_that_allocate());
+    match allocations_of_an_improvement() {
+        0 => {}
+        count => failures.push(format!("an improvement: {count}")),
+    }
     assert!(failures.is_empty(), "allocations before the outcome: {failures:#?}");
 }

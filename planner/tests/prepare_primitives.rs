@@ -285,7 +285,7 @@ fn of_hulls() -> RobotModel {
             let corner = |corner: usize| {
                 half_extents * DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2))
             };
-            placed.shape = Shape::ConvexHull { points: (0..8).map(corner).collect() };
+            placed.shape = Shape::ConvexHull { points: (0..8).map(corner).collect(), source: None };
         }
     }
     model.digest = Digest::of(&[b"hulls", &model.digest.0]);

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surefoot::{Goal, PlanError, Planner, SearchStats, SearchTrace, Stance, Step};
+use surefoot::{Goal, Improvement, PlanError, Planner, SearchStats, SearchTrace, Stance, Step};
 use surefoot_shared_types::config::builder::{ScenarioContent, ScenarioError};
 
 use crate::arrays::{Matrix, rows};
@@ -40,6 +40,7 @@ struct Search {
     goal: GoalNumbers,
     seed: u64,
     threads: usize,
+    improve: u64,
 }
 
 /// Finds a walk: the plan, the statistics of the search, and its guide route. Other Python threads
@@ -52,12 +53,13 @@ pub fn plan<'py>(
     parameters: &Parameters,
     search: &Bound<'py, PyAny>,
 ) -> PyResult<(Plan, Bound<'py, PyDict>, Matrix<'py>)> {
-    let Search { start, goal, seed, threads } = search.extract()?;
+    let Search { start, goal, seed, threads, improve } = search.extract()?;
     check(&parameters.inner, &robot.inner, start, goal, seed).or_raise()?;
     let prepared = robot.preparation(py, &parameters.inner)?;
     let builder = Planner::builder(&prepared, &world.inner)
         .parameters(parameters.inner.clone())
         .threads(threads)
+        .improve(improve)
         .seed(seed);
     let mut planner = py.detach(|| builder.build()).or_raise()?;
     py.detach(|| planner.begin(stance_of(start), goal_of(goal))).or_raise()?;
@@ -68,6 +70,9 @@ pub fn plan<'py>(
         }
     };
     let stats = stats_of(py, &planner.stats())?;
+    if let Some(improvement) = planner.improvement() {
+        stats.set_item("improved", improved(py, &improvement)?)?;
+    }
     let trace = planner.trace();
     match result {
         Ok(inner) => Ok((Plan { inner }, stats, points(py, &trace)?)),
@@ -131,6 +136,17 @@ fn python_words(error: &impl Display) -> String {
         .to_string()
         .replace("PlannerBuilder::work_max", "work_max")
         .replace("in Parameters::planner", "in parameters['planner']")
+}
+
+fn improved<'py>(py: Python<'py>, improvement: &Improvement) -> PyResult<Bound<'py, PyDict>> {
+    let fields = PyDict::new(py);
+    fields.set_item("first_work", improvement.first_work)?;
+    fields.set_item("work", improvement.work)?;
+    fields.set_item("first_seconds", improvement.first_seconds)?;
+    fields.set_item("seconds", improvement.seconds)?;
+    fields.set_item("rounds", improvement.rounds)?;
+    fields.set_item("kept", improvement.kept)?;
+    Ok(fields)
 }
 
 fn stats_of<'py>(py: Python<'py>, stats: &SearchStats) -> PyResult<Bound<'py, PyDict>> {

@@ -309,16 +309,20 @@ fn a_foot_of_several_fixed_links_is_one() {
             "",
         )
         .replacen("</robot>", &[("toe", "0.05"), ("heel", "-0.05")].map(|(name, x)| format!(
-            "<link name=\"{name}\"><collision><geometry><box size=\"0.1 0.1 0.04\"/></geometry></collision></link>\
+            "<link name=\"{name}\"><inertial><mass value=\"0.5\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>\
+             <collision><geometry><box size=\"0.1 0.1 0.04\"/></geometry></collision></link>\
              <joint name=\"{name}_mount\" type=\"fixed\"><origin xyz=\"{x} 0 {at}\"/><parent link=\"left_foot\"/><child link=\"{name}\"/></joint>"
         )).concat().add("</robot>"), 1)
     };
     let robot = load(&plates("-0.98"), ROBOT).unwrap();
     let foot = &robot.links[robot.feet[0].link];
     assert_eq!((foot.name.as_str(), foot.shapes.len()), ("left_foot", 2));
+    let plain = load(URDF, ROBOT).unwrap();
+    assert_eq!(foot.mass, 1.0 + plain.links[plain.feet[0].link].mass);
+    assert_eq!(robot.mass(), 1.0 + plain.mass());
     let bare =
         ["toe", "heel"].map(|name| robot.links.iter().find(|link| link.name == name).unwrap());
-    assert!(bare.iter().all(|link| link.shapes.is_empty()));
+    assert!(bare.iter().all(|link| link.shapes.is_empty() && link.mass == 0.0));
     assert!(load(&plates("-0.9"), ROBOT).unwrap_err().contains("foot 'left'"));
 }
 

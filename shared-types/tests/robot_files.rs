@@ -41,7 +41,7 @@ fn a_good_robot_loads_as_written() {
     assert_eq!(robot.feet[0].polygon, corners);
     assert_eq!(robot.mass(), 14.0);
     assert!(
-        matches!(&robot.links[2].shapes[0].shape, Shape::ConvexHull { points } if points.len() == 8)
+        matches!(&robot.links[2].shapes[0].shape, Shape::ConvexHull { points, .. } if points.len() == 8)
     );
 }
 

@@ -33,7 +33,9 @@ fn a_valid_world_loads_as_written() {
     assert_eq!(world.shapes[2].shape, Shape::Cylinder { radius: 0.05, half_length: 1.0 });
     let axis = world.shapes[2].world_from_shape.rotation * DVec3::Z;
     assert!((axis + DVec3::Y).length() < 1e-12, "{axis}");
-    assert!(matches!(&world.shapes[4].shape, Shape::ConvexHull { points } if points.len() == 4));
+    assert!(
+        matches!(&world.shapes[4].shape, Shape::ConvexHull { points, .. } if points.len() == 4)
+    );
 }
 
 #[test]

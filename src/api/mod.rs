@@ -27,7 +27,7 @@ pub use height_map::HeightMap;
 pub use load::{FootLoad, Load};
 pub use parameters::{CheckerConfig, ExecutionConfig, MotionKind, Parameters, PlannerConfig};
 pub use plan::{Contacts, Digest, Foot, Foothold, Plan, PlanChunk, State};
-pub use planner::{Planner, PlannerBuilder, SearchStats, SearchTrace, Step};
+pub use planner::{Improvement, Planner, PlannerBuilder, SearchStats, SearchTrace, Step};
 pub use pose::Pose;
 pub use prepared::Prepared;
 pub use robot::Robot;

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-pub use surefoot_planner::pipeline::{SearchStats, SearchTrace};
+pub use surefoot_planner::pipeline::{Improvement, SearchStats, SearchTrace};
 use surefoot_planner::{Outcome, Planner as Search, Status};
 use surefoot_shared_types::Pose as SpatialPose;
 use surefoot_shared_types::config::builder::ScenarioError;
@@ -33,6 +33,7 @@ pub struct PlannerBuilder {
     parameters: Parameters,
     threads: usize,
     work_max: Option<u64>,
+    improve: u64,
     seed: u64,
 }
 
@@ -49,6 +50,14 @@ impl PlannerBuilder {
     #[must_use]
     pub fn work_max(self, work_max: u64) -> Self {
         Self { work_max: Some(work_max), ..self }
+    }
+
+    /// Improves each plan with at most this many work units, 0 by default: other walks are made
+    /// from it, and the one that takes the least time is the plan. The work counts for
+    /// [`PlannerBuilder::work_max`], too.
+    #[must_use]
+    pub fn improve(self, work: u64) -> Self {
+        Self { improve: work, ..self }
     }
 
     /// Seed of all random streams, 1 by default. The same seed and inputs give the same plan.
@@ -75,9 +84,19 @@ impl PlannerBuilder {
             parameters.planner.work_max = work_max;
         }
         let (prepared, world, seed) = (self.prepared, self.world, self.seed);
+        let improve = self.improve;
         let task = Task::new(Stance::at(0.0, 0.0, 0.0), Goal::at(0.0, 0.0, 0.0), world.clone());
-        let planner =
-            Planner { prepared, world, parameters, threads, seed, task, search: None, plan: None };
+        let planner = Planner {
+            prepared,
+            world,
+            parameters,
+            threads,
+            improve,
+            seed,
+            task,
+            search: None,
+            plan: None,
+        };
         match planner.begun(&planner.task) {
             Ok(_) => Ok(planner),
             Err(StartError::Stance(error)) => Err(error.into()),
@@ -143,6 +162,7 @@ pub struct Planner {
     world: World,
     parameters: Parameters,
     threads: NonZeroUsize,
+    improve: u64,
     seed: u64,
     task: Task,
     search: Option<Box<Begun>>,
@@ -175,6 +195,7 @@ impl Planner {
             parameters: Parameters::default(),
             threads: 1,
             work_max: None,
+            improve: 0,
             seed: 1,
         }
     }
@@ -249,6 +270,18 @@ impl Planner {
         self.search.as_ref().map(|begun| begun.search.stats()).unwrap_or_default()
     }
 
+    /// What the improvement of the plan came to so far; `None` before a first plan, and where plans
+    /// are not improved.
+    pub fn improvement(&self) -> Option<Improvement> {
+        self.search.as_ref().and_then(|begun| begun.search.improvement())
+    }
+
+    /// Ends the improvement of a plan, with the best one so far: the next step returns it. Returns
+    /// whether there is one.
+    pub fn stop_improving(&mut self) -> bool {
+        self.search.as_mut().is_some_and(|begun| begun.search.stop_improving())
+    }
+
     /// How far the search that was begun last has come: the trees of stage P, the guide route, and
     /// where most sequences failed.
     pub fn trace(&self) -> SearchTrace {
@@ -268,6 +301,7 @@ impl Planner {
         let model = self.prepared.robot().model();
         let mut builder = Search::builder(model, task.world.model(), &scenario, preparation)
             .threads(self.threads)
+            .improve(self.improve)
             .plan_name(PLAN_ID, task.epoch);
         if let Some(rest_state) = &task.rest_state {
             builder = builder.start_in(rest_state).retrace(&task.executed, 0);

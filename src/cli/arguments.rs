@@ -449,6 +449,9 @@ pub struct SearchArguments {
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
     pub motion: Option<MotionKind>,
+    /// Work units that make other walks from each plan and keep the one that takes the least time
+    #[arg(long, value_name = "WORK", value_parser = whole_number, default_value_t = 0)]
+    pub improve: u64,
     /// Planner threads, at most one for each core; the plan does not depend on them
     /// [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]

@@ -78,8 +78,8 @@ fn scenario(path: &Path) -> Vec<Finding> {
     }
 }
 
-/// What the controller's collision checks leave out: the pairs of links that may overlap, and the
-/// links without a shape.
+/// What the controller's checks leave out: the pairs of links that may overlap, the links without a
+/// shape, and the parts of soles that carry nothing.
 fn collision_pairs(inputs: &Inputs) -> Vec<Finding> {
     let Inputs { model, world, scenario, .. } = inputs;
     let checker = match Checker::new(model.clone(), world.clone(), scenario.checker.clone()) {
@@ -90,7 +90,9 @@ fn collision_pairs(inputs: &Inputs) -> Vec<Finding> {
     let unshaped = checker.unshaped_links().map(|link| {
         Finding::advice(format!("robot: no collision check covers {link}, which has no shape"))
     });
-    overlaps.map(|line| Finding::good(format!("robot: {line}"))).chain(unshaped).collect()
+    let hollow = checker.hollow_soles();
+    let facts = overlaps.cloned().chain(hollow);
+    facts.map(|line| Finding::good(format!("robot: {line}"))).chain(unshaped).collect()
 }
 
 fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {

@@ -16,26 +16,20 @@ use crate::system::terminal;
 /// The file is neither a plan nor a report, or the plan's robot or world cannot be used.
 pub fn run(arguments: &ExplainArguments) -> Result<CommandOutcome, CommandError> {
     let path = &arguments.file;
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| InputError::file(path, format!("cannot be read: {error}")))?;
-    let value: serde_json::Value = match serde_json::from_str(&text) {
-        Ok(value) => value,
-        // Reading it as a plan says which kind of file it is instead.
-        Err(error) => {
-            load_plan(path)?;
-            return Err(InputError::file(path, format!("is not JSON: {error}")).into());
-        }
-    };
-    let lines = if value.get("schema").is_some() {
-        plan_facts::lines(&load_plan(path)?, path)?
-    } else {
-        report_facts::lines(&value).ok_or_else(|| {
+    let report = std::fs::read_to_string(path)
+        .ok()
+        .and_then(|text| serde_json::from_str::<serde_json::Value>(&text).ok())
+        .filter(|value| value.get("schema").is_none());
+    // Of any other file, loading it as a plan names the fault.
+    let lines = match report {
+        None => plan_facts::lines(&load_plan(path)?, path)?,
+        Some(report) => report_facts::lines(&report).ok_or_else(|| {
             InputError::file(
                 path,
                 "is neither a plan nor a report; 'surefoot walk --export' writes the one, \
                  '--json' the other",
             )
-        })?
+        })?,
     };
     terminal::print_result(&lines.join("\n"));
     Ok(CommandOutcome::Done)

@@ -1,12 +1,12 @@
 //! Advances a planner to the end of its search.
 
 use surefoot_planner::constraints::rejection::Rejection;
-use surefoot_planner::pipeline::SearchStats;
+use surefoot_planner::pipeline::{Improvement, SearchStats};
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
 use crate::report::event::{
-    BindingShare, Bottleneck, Diagnosis, PlanResult, Planned, RoleEvent, SearchProgress,
+    BindingShare, Bottleneck, Diagnosis, Improved, PlanResult, Planned, RoleEvent, SearchProgress,
     SmoothMotion,
 };
 use crate::report::liveness;
@@ -209,8 +209,14 @@ fn planned(
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
         walk,
-        smooth: planner.smooth_path().map(|_| Box::new(smooth_motion(planner, &stats))),
+        smooth: planner.binding_times().map(|_| Box::new(smooth_motion(planner, &stats))),
+        improved: planner.improvement().filter(|_| found).map(improved),
     }
+}
+
+fn improved(improvement: Improvement) -> Improved {
+    let Improvement { first_work, work, first_seconds, seconds, rounds, kept } = improvement;
+    Improved { first_work, work, first_seconds, seconds, rounds, kept }
 }
 
 fn smooth_motion(planner: &Planner, stats: &SearchStats) -> SmoothMotion {

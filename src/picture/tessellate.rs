@@ -26,7 +26,7 @@ pub fn triangles_of(shape: &Shape, name: &str) -> Result<Triangles, PictureError
             [0.0, *half_length],
         ]),
         Shape::Capsule { radius, half_length } => capsule_triangles(*radius, *half_length),
-        Shape::ConvexHull { points } => try_convex_hull(points).map_err(|error| {
+        Shape::ConvexHull { points, .. } => try_convex_hull(points).map_err(|error| {
             PictureError::Hull { name: name.to_owned(), reason: error.to_string() }
         })?,
         Shape::Mesh { vertices, triangles, .. } => weld(vertices, triangles),
@@ -120,7 +120,7 @@ mod tests {
             (Shape::Sphere { radius: 1.0 }, 4.0 / 3.0 * pi),
             (Shape::Cylinder { radius: 1.0, half_length: 2.0 }, 4.0 * pi),
             (Shape::Capsule { radius: 1.0, half_length: 2.0 }, 16.0 / 3.0 * pi),
-            (Shape::ConvexHull { points: box_triangles(DVec3::ONE).0 }, 8.0),
+            (Shape::ConvexHull { points: box_triangles(DVec3::ONE).0, source: None }, 8.0),
         ];
         for (shape, wanted) in cases {
             let got = volume(&triangles_of(&shape, "it").unwrap());
@@ -130,8 +130,8 @@ mod tests {
 
     #[test]
     fn a_flat_hull_is_an_error_that_names_it() {
-        let error = triangles_of(&Shape::ConvexHull { points: vec![DVec3::X, DVec3::Y] }, "plank")
-            .unwrap_err();
+        let points = vec![DVec3::X, DVec3::Y];
+        let error = triangles_of(&Shape::ConvexHull { points, source: None }, "plank").unwrap_err();
         assert!(error.to_string().contains("plank"));
     }
 

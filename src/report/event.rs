@@ -132,6 +132,37 @@ pub struct Planned {
     pub walk: Option<WalkFacts>,
     /// Counts of a smooth motion; none of a quasi-static one.
     pub smooth: Option<Box<SmoothMotion>>,
+    /// What the improvement of the plan came to, if it was improved.
+    #[serde(default)]
+    pub improved: Option<Improved>,
+}
+
+/// What the improvement of a plan came to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Improved {
+    /// Work units until the first plan.
+    pub first_work: u64,
+    /// Work units after it.
+    pub work: u64,
+    /// Duration of the first plan, s.
+    pub first_seconds: f64,
+    /// Duration of the plan, s.
+    pub seconds: f64,
+    /// Other walks that were tried.
+    pub rounds: u64,
+    /// Walks that took less time than the best one before.
+    pub kept: u64,
+}
+
+impl Improved {
+    /// One line of text.
+    pub fn describe(&self) -> String {
+        let Self { first_work, work, first_seconds, seconds, rounds, kept } = *self;
+        format!(
+            "{first_seconds:.1} s to {seconds:.1} s in {rounds} rounds, {kept} of them kept; \
+             {work} work units after {first_work}"
+        )
+    }
 }
 
 /// Limits that a line of text names at most.

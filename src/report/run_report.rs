@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{
-    CheckSummary, Delivered, DeliveryResult, Diagnosis, PlanResult, Planned, Refusal, RoleEvent,
-    SmoothMotion,
+    CheckSummary, Delivered, DeliveryResult, Diagnosis, Improved, PlanResult, Planned, Refusal,
+    RoleEvent, SmoothMotion,
 };
 use crate::report::margins::WorstMargins;
 use crate::report::walk_facts::WalkFacts;
@@ -60,6 +60,8 @@ pub struct Report {
     pub walk: Option<WalkFacts>,
     /// Counts of a smooth motion; none of a quasi-static one.
     pub smooth: Option<Box<SmoothMotion>>,
+    /// What the improvement of the plan came to (`--improve`).
+    pub improved: Option<Improved>,
     /// Size of the planner's arenas.
     pub arena_bytes: u64,
     /// Heap allocations of the planner process during the search.
@@ -219,6 +221,7 @@ impl Report {
         self.waypoints = planned.waypoints;
         self.walk = planned.walk;
         self.smooth = planned.smooth.clone();
+        self.improved = planned.improved;
         self.allocations_after_ready = planned.allocations;
     }
 
@@ -295,6 +298,7 @@ mod tests {
             chunks: 9,
             walk: None,
             smooth: None,
+            improved: None,
         })
     }
 

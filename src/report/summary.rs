@@ -34,6 +34,9 @@ pub fn text(report: &Report) -> String {
             line("bound by", binding);
         }
     }
+    if let Some(improved) = &report.improved {
+        line("improved", improved.describe());
+    }
     if report.has_plan() {
         line(
             "route",

@@ -83,8 +83,8 @@ impl Checker {
         }
         let robot_bodies = CollisionBody::of_robot(&model).map_err(CheckerError::Shape)?;
         let world_bodies = CollisionBody::of_world(&world).map_err(CheckerError::Shape)?;
-        check_soles(&model, &robot_bodies, config.contact_gap_max)?;
         let supports = SupportFinder::new(&model, &world, &config).map_err(CheckerError::Shape)?;
+        check_soles(&model, &robot_bodies, supports.undersides(), config.contact_gap_max)?;
         let unlocked = model.unlocked();
         let pairs = self_pairs(&model, &robot_bodies);
         let allowed_overlaps = describe(&pairs, &robot_bodies);
@@ -130,6 +130,18 @@ impl Checker {
         let unshaped = |link: &&Link| link.mass > 0.0 && link.shapes.is_empty();
         let named = |link: &Link| format!("{} ({:.2} kg)", link.name, link.mass);
         self.model.links.iter().filter(unshaped).map(named)
+    }
+
+    /// The soles that do not lie on their feet everywhere, one line each.
+    pub fn hollow_soles(&self) -> impl Iterator<Item = String> {
+        let feet = self.model.feet.iter().zip(self.supports.undersides());
+        feet.filter(|(_, underside)| underside.share_on_foot < 1.0).map(|(foot, underside)| {
+            let percent = (100.0 * underside.share_on_foot).floor();
+            format!(
+                "{percent} % of the {} sole lie on the foot; the rest carries nothing",
+                foot.name
+            )
+        })
     }
 
     /// The worst margins of a segment. `heartbeat` is called now and then meanwhile.
@@ -286,6 +298,11 @@ impl Checker {
             let case =
                 Case { contacts, supports, waypoints, received, instants, motion, stance_feet };
             return Ok(case);
+        }
+        if let Some((index, time)) = course.abrupt_stop(waypoints) {
+            let detail =
+                format!("in motion the robot brakes or goes on within no time at {time} s");
+            return Err(Violation::new(Check::Acceleration, index, detail));
         }
         let (received, knots): (Vec<usize>, Vec<Waypoint>) = trajectory::knots(waypoints)
             .map_err(|index| {

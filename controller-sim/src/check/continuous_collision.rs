@@ -2,10 +2,11 @@
 //!
 //! The signed distance of two bodies changes no faster than they move. If it is `d0` and `d1` at
 //! the ends of an interval in which no point moves more than `w` relative to the other body, it
-//! never falls below `(d0 + d1 - w) / 2`. Where that does not clear a pair, the interval is halved
-//! for this pair, down to a motion of [`RESOLUTION`]. For the same reason a distance known at an
-//! earlier instant, less the motion since then, bounds the distance at every later instant: a pair
-//! is measured only where this bound is not enough.
+//! never falls below `(d0 + d1 - w) / 2`. Where that does not show that a pair stays clear, and no
+//! nearer than the smallest distance so far, the interval is halved for this pair, down to a motion
+//! of [`RESOLUTION`]; then the bound counts as the distance. For the same reason a distance known
+//! at an earlier instant, less the motion since then, bounds the distance at every later instant: a
+//! pair is measured only where this bound is not enough.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -17,7 +18,7 @@ use crate::check::allowed_pairs::{JointRange, SelfPair, advice};
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
-use crate::check::tuning::{LOOK_AHEAD, RESOLUTION};
+use crate::check::tuning::{LOOK_AHEAD, RESOLUTION, RESOLUTION_AT_LIMIT};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::{body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
@@ -70,6 +71,12 @@ impl BodyPair {
         -penetration_max - self.allowed_depth
     }
 
+    /// The lowest signed distance that needs no closer look, m; `worst` is the smallest so far.
+    fn needed(&self, penetration_max: f64, worst: f64) -> f64 {
+        let deepest = self.deepest(penetration_max);
+        if self.measured { worst.max(deepest) } else { deepest }
+    }
+
     /// Whether all configurations between these two leave nothing to check.
     fn is_walked(&self, start: &Configuration, end: &Configuration) -> bool {
         [start, end].iter().all(|configuration| SelfPair::is_walked(&self.walked, configuration))
@@ -94,7 +101,7 @@ pub struct ContinuousCollision<'a> {
     pub check: Check,
     /// The deepest overlap allowed, m.
     pub penetration_max: f64,
-    /// The smallest distance measured so far, m.
+    /// A lower bound on the smallest distance so far, at most half of [`RESOLUTION`] less, m.
     pub worst: f64,
 }
 
@@ -161,7 +168,7 @@ impl ContinuousCollision<'_> {
         let (penetration_max, worst) = (self.penetration_max, self.worst);
         let mut near = Vec::new();
         for (index, pair) in self.pairs.iter_mut().enumerate() {
-            let needed = if pair.measured { worst } else { pair.deepest(penetration_max) };
+            let needed = pair.needed(penetration_max, worst);
             let at_end = pair.bound - displacements[index];
             if is_at_most(needed, at_end) || pair.is_walked(interval.start, interval.end) {
                 pair.bound = at_end;
@@ -226,8 +233,17 @@ impl ContinuousCollision<'_> {
             };
             let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
             let lowest = 0.5 * (at_start + at_end - displacement);
-            if !is_at_most(deepest, lowest) && !is_at_most(displacement, RESOLUTION) {
+            let is_allowed = is_at_most(deepest, lowest);
+            let resolution = if is_allowed { RESOLUTION } else { RESOLUTION_AT_LIMIT };
+            if is_at_most(self.pairs[pair].needed(self.penetration_max, self.worst), lowest) {
+                continue;
+            }
+            if !is_at_most(displacement, resolution) {
                 in_doubt.push(pair);
+            } else if is_allowed {
+                self.record(pair, lowest);
+            } else {
+                return Err(self.violation(interval.waypoint, pair, lowest));
             }
         }
         if in_doubt.is_empty() {
@@ -272,22 +288,36 @@ impl ContinuousCollision<'_> {
         let stands_on = matches!(pair.other_body, OtherBody::World(_)) && !pair.measured;
         let separation = if stands_on { solid_separation } else { body_separation };
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
-        let deepest = pair.deepest(self.penetration_max);
-        if !is_at_most(deepest, found.distance) {
-            let (bodies, is_near) = ((body, other), !pair.walked.is_empty());
-            let mut violation =
-                overlap_violation(self.check, waypoint, bodies, found.distance, -deepest);
-            if is_near {
-                violation.detail += &advice(bodies, -found.distance);
-            }
-            return Err(violation);
+        if !is_at_most(pair.deepest(self.penetration_max), found.distance) {
+            return Err(self.violation(waypoint, index, found.distance));
         }
-        if pair.measured {
-            self.worst = self.worst.min(found.distance);
-        }
+        self.record(index, found.distance);
         let pair = &mut self.pairs[index];
         (pair.hint, pair.bound) = (Some(found.direction), found.distance);
         Ok(found.distance)
+    }
+
+    /// Lowers the smallest distance to that of a pair, if its distance counts.
+    fn record(&mut self, index: usize, distance: f64) {
+        if self.pairs[index].measured {
+            self.worst = self.worst.min(distance);
+        }
+    }
+
+    /// The violation by a pair that may be `distance` (m) apart.
+    fn violation(&self, waypoint: usize, index: usize, distance: f64) -> Violation {
+        let pair = &self.pairs[index];
+        let body = &self.robot[pair.body];
+        let other = match pair.other_body {
+            OtherBody::Robot(other) => &self.robot[other],
+            OtherBody::World(other) => &self.world[other],
+        };
+        let limit = -pair.deepest(self.penetration_max);
+        let mut violation = overlap_violation(self.check, waypoint, (body, other), distance, limit);
+        if !pair.walked.is_empty() {
+            violation.detail += &advice((body, other), -distance);
+        }
+        violation
     }
 }
 
@@ -322,6 +352,8 @@ mod tests {
     use crate::geometry::separation::separation;
 
     const PENETRATION_MAX: f64 = 2e-3;
+    /// By how much distances may be smaller between the samples of a motion, m.
+    const SAMPLING: f64 = 2e-4;
 
     /// All bodies, and the pairs of one kind.
     struct Scene {
@@ -415,16 +447,16 @@ mod tests {
                 (0..=6).map(|step| from.towards(&to, f64::from(step) / 6.0)).collect();
             let sampled = scene.sampled(&motion, 60);
             match scene.checked(&motion) {
-                // Distances between waypoints are measured only where the bounds are not enough; of
-                // motions of at most a millimetre only the ends are.
+                // Of short motions only the ends are measured, so the bound may be a little less.
                 Ok(checked) => {
-                    let at_waypoints = scene.sampled(&motion, 1) + 1e-9;
-                    assert!((sampled - RESOLUTION..at_waypoints).contains(&checked), "{case}");
-                    assert!(sampled > -PENETRATION_MAX - RESOLUTION, "{case}: {sampled}");
+                    let least = sampled - 0.5 * RESOLUTION - SAMPLING;
+                    assert!((least..=sampled + 1e-9).contains(&checked), "{case}: {checked}");
+                    assert!(sampled >= -PENETRATION_MAX - 1e-9, "{case}: {sampled}");
                     clear += 1;
                 }
                 Err(violation) => {
-                    assert!(sampled < -PENETRATION_MAX + RESOLUTION, "{sampled}: {violation}");
+                    let most = -PENETRATION_MAX + 0.5 * RESOLUTION_AT_LIMIT + SAMPLING;
+                    assert!(sampled < most, "{sampled}: {violation}");
                     refused += 1;
                 }
             }

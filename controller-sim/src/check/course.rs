@@ -9,6 +9,8 @@ use crate::kinematics::trajectory;
 const RAMP_TICK: f64 = 0.02;
 /// Fewest and most instants of a ramp that are checked; no message has a ramp that is longer.
 const RAMP_TICKS: [f64; 2] = [10.0, 1000.0];
+/// The largest speed of a robot at rest, m/s and rad/s: rounding.
+const REST_SPEED_MAX: f64 = 1e-6;
 /// Times are equal up to this rounding, s.
 const TIME_ROUNDING: f64 = 1e-9;
 
@@ -30,6 +32,23 @@ impl Course<'_> {
             Self::Smooth(stops) => stops.iter().flat_map(|stop| stop.instants(waypoints)).collect(),
         }
     }
+
+    /// A stop within `waypoints` at which the robot brakes or goes on within no time although it
+    /// moves by the plan: the index of the waypoint before, and the plan time, s.
+    pub(crate) fn abrupt_stop(&self, waypoints: &[Waypoint]) -> Option<(usize, f64)> {
+        let Self::Smooth(stops) = self else { return None };
+        let abrupt = stops.iter().filter(|stop| stop.seconds == 0.0 || stop.resume_seconds == 0.0);
+        abrupt.map(Stop::rest_at).find_map(|time| {
+            let (before, planned) = planned_at(waypoints, time)?;
+            (!is_resting(&planned)).then_some((before, time))
+        })
+    }
+}
+
+/// Whether nothing moves at a waypoint.
+pub fn is_resting(waypoint: &Waypoint) -> bool {
+    let mut speeds = waypoint.root_velocity.iter().chain(&waypoint.joint_velocity);
+    speeds.all(|speed| is_at_most(speed.abs(), REST_SPEED_MAX))
 }
 
 /// Where the robot stops if the next chunk does not come, and how it goes on from there: from plan
@@ -167,6 +186,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_stop_within_no_time_is_abrupt_where_the_plan_moves() {
+        let [first, second] = pair();
+        let still = Waypoint { time: 2.0, ..second }.rested();
+        let waypoints = [first, second, still];
+        let abrupt = |stop: Stop| Course::Smooth(&[stop]).abrupt_stop(&waypoints);
+        let stop = |brake_at: f64, seconds: f64, resume_seconds: f64| Stop {
+            brake_at,
+            seconds,
+            resume_seconds,
+        };
+        assert_eq!(abrupt(stop(0.5, 0.0, 0.4)), Some((0, 0.5)));
+        assert_eq!(abrupt(stop(1.0, 0.4, 0.0)), Some((1, 1.2)));
+        assert_eq!(abrupt(stop(0.5, 0.4, 0.4)), None);
+        assert_eq!(abrupt(stop(2.0, 0.0, 0.0)), None, "the plan rests there");
+        assert_eq!(abrupt(stop(2.5, 0.0, 0.0)), None, "in another segment");
+        assert_eq!(Course::Straight.abrupt_stop(&waypoints), None);
     }
 
     #[test]

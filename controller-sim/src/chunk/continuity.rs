@@ -1,16 +1,13 @@
 //! Legal changes of mode: one foot at a time, and the foot that stays does not move.
 
 use surefoot_shared_types::base::spatial::rotation_distance;
-use surefoot_shared_types::message::{Contact, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Contact, SupportMode};
 
 use crate::base::comparison::is_at_most;
 
 /// How far a kept foot's declared pose may differ between two modes, m (and rad, counted as a tenth
 /// of a metre).
 pub const KEPT_POSE_MAX: f64 = 1e-6;
-
-/// The largest speed of a robot at rest, m/s and rad/s: rounding.
-const REST_SPEED_MAX: f64 = 1e-6;
 
 /// A mode with its contacts.
 #[derive(Debug, Clone, Copy)]
@@ -35,12 +32,6 @@ pub fn contacts_match(stance: &Stance) -> bool {
     let mut limbs: Vec<u32> = stance.contacts.iter().map(|contact| contact.limb).collect();
     limbs.sort_unstable();
     limbs == stance_limbs(stance.mode)
-}
-
-/// Whether nothing moves at a waypoint.
-pub fn is_resting(waypoint: &Waypoint) -> bool {
-    let mut speeds = waypoint.root_velocity.iter().chain(&waypoint.joint_velocity);
-    speeds.all(|speed| is_at_most(speed.abs(), REST_SPEED_MAX))
 }
 
 /// Whether a robot may change from one stance to the next at an instant.

@@ -18,9 +18,9 @@ use surefoot_shared_types::world::correction::corrected_digest;
 
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::checker::Checker;
-use crate::check::course::{Course, Stop};
+use crate::check::course::{Course, Stop, is_resting};
 use crate::check::segment::{MotionSegment, Violation};
-use crate::chunk::continuity::{Stance, check_transition, is_resting, stance_limbs};
+use crate::chunk::continuity::{Stance, check_transition, stance_limbs};
 use crate::chunk::message_check::{Identity, check_identity, check_message};
 use crate::execution::plan_ends::{Goal, KnownGoal, PlanEnds};
 use crate::execution::recent_chunks::RecentChunks;
@@ -410,15 +410,22 @@ fn mode_of(chunk: &PlanChunk) -> SupportMode {
     SupportMode::from_wire(chunk.mode).unwrap_or(SupportMode::Double)
 }
 
-/// A plan begins and ends at rest, and so does a chunk without a stop in it.
+/// A plan begins and ends at rest, and so does a chunk that brakes within no time. The robot comes
+/// to rest at the plan's end, nowhere before.
 fn check_rests(chunk: &PlanChunk) -> Result<(), String> {
     let waypoints = chunk.waypoints();
-    if chunk.flags & FLAG_FIRST != 0 && !is_resting(&waypoints[0]) {
+    let (begin, end) = (&waypoints[0], &waypoints[waypoints.len() - 1]);
+    if chunk.flags & FLAG_FIRST != 0 && !is_resting(begin) {
         return Err("the plan begins in motion".to_owned());
     }
-    let ends = chunk.flags & FLAG_LAST != 0 || chunk.brake_duration == 0.0;
-    if ends && !is_resting(&waypoints[waypoints.len() - 1]) {
+    let is_last = chunk.flags & FLAG_LAST != 0;
+    if (is_last || chunk.brake_duration == 0.0) && !is_resting(end) {
         return Err("it ends in motion and names no instant to brake".to_owned());
+    }
+    let rest_at = Stop::of_chunk(chunk).rest_at();
+    if is_last && !is_at_most(end.time - rest_at, CONTINUITY_MAX) {
+        let end = end.time;
+        return Err(format!("the plan ends at {end} s, and its last chunk rests at {rest_at} s"));
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
+use surefoot_shared_types::geometry::shape::MeshSource;
 
 use crate::base::comparison::{is_at_most, is_below, smallest};
 use crate::geometry::bounds::Bounds;
@@ -36,13 +37,17 @@ struct Node {
 }
 
 impl Hull {
-    /// The hull of points (m), verified by what holds of every hull.
+    /// The hull of points (m), verified by what holds of every hull. Of a mesh file the loader may
+    /// have left out points inside; it is verified with all vertices of the file.
     ///
     /// # Errors
-    /// The points span no volume, or the hull is wrong.
-    pub fn new(points: &[DVec3]) -> Result<Self, String> {
+    /// The points span no volume, the file cannot be read, or the hull is wrong.
+    pub fn new(points: &[DVec3], source: Option<&MeshSource>) -> Result<Self, String> {
         let hull = Self::unverified(points)?;
-        hull.verify(points)?;
+        match source {
+            Some(source) => hull.verify(&source.vertices()?)?,
+            None => hull.verify(points)?,
+        }
         Ok(hull)
     }
 
@@ -89,6 +94,11 @@ impl Hull {
     /// Its vertices, m.
     pub fn points(&self) -> &[DVec3] {
         &self.points
+    }
+
+    /// The outward unit normal of each face and its distance from the origin, m.
+    pub fn planes(&self) -> &[(DVec3, f64)] {
+        &self.planes
     }
 
     /// The triangles of its surface, m.
@@ -171,7 +181,7 @@ mod tests {
     fn the_support_is_the_furthest_of_all_points() {
         for count in [4, 5, 17, 300] {
             let points = ball(count);
-            let hull = Hull::new(&points).unwrap();
+            let hull = Hull::new(&points, None).unwrap();
             for direction in ball(200) {
                 let reach = |point: DVec3| point.dot(direction);
                 let furthest = points.iter().copied().map(reach).fold(f64::NEG_INFINITY, f64::max);
@@ -208,10 +218,36 @@ mod tests {
     }
 
     #[test]
+    fn the_hull_of_a_mesh_file_is_verified_with_the_vertices_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ball.obj");
+        let write = |vertices: &[DVec3]| {
+            let mut text: String =
+                vertices.iter().map(|at| format!("v {} {} {}\n", at.x, at.y, at.z)).collect();
+            text += &(3..=vertices.len())
+                .map(|at| format!("f 1 {} {at}\n", at - 1))
+                .collect::<String>();
+            std::fs::write(&path, text).unwrap();
+        };
+        let source = MeshSource { path: path.clone(), scale: DVec3::new(2.0, 1.0, -0.5) };
+        // Half of the points lie inside; the loader keeps the others.
+        let inner = ball(40).into_iter().map(|at| 0.5 * at);
+        let all: Vec<DVec3> = ball(40).into_iter().chain(inner).collect();
+        write(&all);
+        let read = source.vertices().unwrap();
+        Hull::new(&read[..40], Some(&source)).unwrap();
+        let refusal = |points: &[DVec3]| Hull::new(points, Some(&source)).expect_err("is wrong");
+        assert!(refusal(&read[1..40]).contains("leaves out"));
+        assert!(refusal(&[&read[..40], &[3.0 * DVec3::X]].concat()).contains("corner at"));
+        std::fs::remove_file(&path).unwrap();
+        assert!(refusal(&read[..40]).contains("ball.obj"));
+    }
+
+    #[test]
     fn the_depth_is_the_distance_to_the_nearest_face() {
         let corner =
             |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
-        let cube = Hull::new(&(0..8).map(corner).collect::<Vec<_>>()).unwrap();
+        let cube = Hull::new(&(0..8).map(corner).collect::<Vec<_>>(), None).unwrap();
         for (at, depth) in [([0.5; 3], 0.5), ([0.5, 0.1, 0.5], 0.1), ([0.5, 0.5, 1.2], -0.2)] {
             assert!((cube.depth(at.into()) - depth).abs() < 1e-12);
         }
@@ -221,7 +257,7 @@ mod tests {
     fn the_boxes_of_the_tree_divide_the_points_along_their_longest_side() {
         let long: Vec<DVec3> =
             ball(300).into_iter().map(|at| at * DVec3::new(1.0, 9.0, 2.0)).collect();
-        let hull = Hull::new(&long).unwrap();
+        let hull = Hull::new(&long, None).unwrap();
         assert!(hull.points().iter().all(|point| long.contains(point)));
         assert_eq!(hull.triangles().len(), 2 * hull.points().len() - 4, "Euler's formula");
         for node in &hull.tree {

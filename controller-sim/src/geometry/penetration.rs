@@ -412,7 +412,7 @@ mod tests {
         near(depths(&cylinder, &points), &[0.2, 0.1, 0.1, 0.0]);
         let points = [[0.4, 0.0, 0.0], [0.0, -0.45, 0.1], [0.0, 0.0, 0.75]];
         near(depths(&cuboid([0.5; 3]), &points), &[0.1, 0.05, -0.25]);
-        let hull = Shape::ConvexHull { points: (0..8).map(corner).collect() };
+        let hull = Shape::ConvexHull { points: (0..8).map(corner).collect(), source: None };
         near(depths(&hull, &points), &[0.1, 0.05, -0.25]);
     }
 
@@ -422,7 +422,10 @@ mod tests {
             DVec3::new(f64::from(bits & 1), f64::from(bits >> 1 & 1), f64::from(bits >> 2)) - 0.5
         };
         let hull = place(
-            &Shape::ConvexHull { points: (0..8).map(|bits| 0.1 * corner(bits)).collect() },
+            &Shape::ConvexHull {
+                points: (0..8).map(|bits| 0.1 * corner(bits)).collect(),
+                source: None,
+            },
             [0.0, 0.0, 0.13],
         );
         let block = place(&mesh([0.1; 3], 2), [0.0; 3]);

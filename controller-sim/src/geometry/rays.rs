@@ -2,13 +2,13 @@
 
 use glam::{DVec2, DVec3};
 use parry3d_f64::query::{Ray, RayCast};
-use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::{Pose, Shape};
 
 use crate::geometry::bounds::Bounds;
+use crate::geometry::hull::Hull;
 use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::separation::face_normal;
-use crate::geometry::solid::Solid;
+use crate::geometry::solid::{Convex, Core, Solid};
 
 /// The first intersection of a ray with a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,20 +57,17 @@ impl Target {
     /// # Errors
     /// The hull or mesh is degenerate.
     pub fn new(shape: &Shape, world_from_shape: &Pose) -> Result<Self, String> {
-        let bounds = Solid::new(shape)?.local_bounds().transformed(world_from_shape);
-        let form = match shape {
-            Shape::Box { half_extents } => Form::HalfSpaces(box_faces(*half_extents)),
-            Shape::Sphere { radius } => Form::Capsule { radius: *radius, half_length: 0.0 },
-            Shape::Capsule { radius, half_length } => {
-                Form::Capsule { radius: *radius, half_length: *half_length }
-            }
-            Shape::Cylinder { radius, half_length } => {
-                Form::Cylinder { radius: *radius, half_length: *half_length }
-            }
-            Shape::ConvexHull { points } => Form::HalfSpaces(hull_faces(points)?),
-            Shape::Mesh { vertices, triangles, .. } => {
-                Form::Mesh(Box::new(MeshSolid::new(vertices, triangles)?))
-            }
+        let solid = Solid::new(shape)?;
+        let bounds = solid.local_bounds().transformed(world_from_shape);
+        let form = match solid {
+            Solid::Mesh(mesh) => Form::Mesh(mesh),
+            Solid::Convex(Convex { core, radius }) => match core {
+                Core::Box(half) => Form::HalfSpaces(box_faces(half)),
+                Core::Segment(half_length) => Form::Capsule { radius, half_length },
+                Core::Cylinder { radius, half_length } => Form::Cylinder { radius, half_length },
+                Core::Hull(hull) => Form::HalfSpaces(hull_faces(&hull)),
+                Core::Triangle(_) => return Err("a triangle has no inside".to_owned()),
+            },
         };
         Ok(Self { world_from_shape: *world_from_shape, form, bounds })
     }
@@ -107,17 +104,9 @@ fn box_faces(half: DVec3) -> Vec<(DVec3, f64)> {
 }
 
 /// The supporting planes of a hull's faces; each is pushed out until no point lies beyond it.
-fn hull_faces(points: &[DVec3]) -> Result<Vec<(DVec3, f64)>, String> {
-    let (vertices, triangles) =
-        try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
-    let normal = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|index| vertices[index as usize]);
-        (b - a).cross(c - a).try_normalize()
-    };
-    let offset = |normal: DVec3| {
-        vertices.iter().map(|vertex| vertex.dot(normal)).fold(f64::NEG_INFINITY, f64::max)
-    };
-    Ok(triangles.iter().filter_map(normal).map(|normal| (normal, offset(normal))).collect())
+fn hull_faces(hull: &Hull) -> Vec<(DVec3, f64)> {
+    let pushed = |(normal, _): &(DVec3, f64)| (*normal, hull.support(*normal).dot(*normal));
+    hull.planes().iter().map(pushed).collect()
 }
 
 fn cast_half_spaces(faces: &[(DVec3, f64)], origin: DVec3, direction: DVec3) -> Hit {
@@ -275,7 +264,7 @@ mod tests {
         };
         let solids = [
             Shape::Box { half_extents: half },
-            Shape::ConvexHull { points: (0..8).map(corner).collect() },
+            Shape::ConvexHull { points: (0..8).map(corner).collect(), source: None },
         ];
         for solid in &solids {
             assert_surface(cast(solid, [0.9, 0.1, 1.0], [0., 0., -1.]), 0.75, [0., 0., 1.]);
@@ -376,7 +365,7 @@ mod tests {
         let points: Vec<DVec3> = (0..60)
             .map(|_| DVec3::new(random(-1.0, 1.0), random(-2.0, 2.0), random(-0.5, 0.5)))
             .collect();
-        for (normal, offset) in hull_faces(&points).unwrap() {
+        for (normal, offset) in hull_faces(&Hull::new(&points, None).unwrap()) {
             let furthest = points.iter().map(|at| normal.dot(*at)).fold(f64::MIN, f64::max);
             assert!((normal.length() - 1.0).abs() < 1e-12 && (furthest - offset).abs() < 1e-12);
         }

@@ -116,7 +116,9 @@ impl Solid {
             Shape::Cylinder { radius, half_length } => {
                 convex(Core::Cylinder { radius: *radius, half_length: *half_length }, 0.0)
             }
-            Shape::ConvexHull { points } => convex(Core::Hull(Hull::new(points)?), 0.0),
+            Shape::ConvexHull { points, source } => {
+                convex(Core::Hull(Hull::new(points, source.as_ref())?), 0.0)
+            }
             Shape::Mesh { vertices, triangles, .. } => {
                 Ok(Self::Mesh(Box::new(MeshSolid::new(vertices, triangles)?)))
             }

@@ -14,6 +14,11 @@ use crate::base::comparison::{is_at_most, largest};
 
 /// The largest distance of the curve from the straight line between two knots, rad and m.
 const DEVIATION_MAX: f64 = 2e-4;
+/// The largest difference of the acceleration from the mean of those at two successive knots,
+/// weighted by time: of the root's position, m/s2, and of joints and of the root's rotation, rad/s2
+/// (m/s2 of a prismatic joint).
+const ROOT_ACCELERATION_DEVIATION_MAX: f64 = 0.1;
+const ACCELERATION_DEVIATION_MAX: f64 = 1.0;
 /// Most pieces into which the curve between two waypoints is divided.
 const PIECES_MAX: usize = 64;
 /// Below this angle (rad) power series replace quotients that lose their digits.
@@ -64,16 +69,17 @@ pub(crate) fn knots(waypoints: &[Waypoint]) -> Result<Vec<(usize, Waypoint)>, us
     Ok(knots)
 }
 
-/// A curve with accelerations up to `a` is at most `a t^2 / 8` from its chord over a time `t`.
-/// Nothing where more than [`PIECES_MAX`] pieces are needed or a number is not finite.
+/// A function whose second derivative is at most `a` is at most `a t^2 / 8` from its chord over a
+/// time `t`; that bounds the way to the straight line, and what the acceleration does between two
+/// knots. Nothing where more than [`PIECES_MAX`] pieces are needed or a number is not finite.
 fn piece_count(from: &Waypoint, to: &Waypoint) -> Option<usize> {
     let seconds = to.time - from.time;
+    let turn_or_joint = |curve: Quintic| curve.bend(seconds, ACCELERATION_DEVIATION_MAX);
     let joints = (0..JOINTS_MAX).map(|joint| joint_curve(from, to, joint));
+    let turning = joints.chain(turn_curves(from, to)).map(turn_or_joint);
     let root = (0..3).map(|axis| root_curve(from, to, axis));
-    let turn = turn_curves(from, to);
-    let curves = joints.chain(root).chain(turn);
-    let acceleration = largest(curves.map(|curve| curve.acceleration_bound(seconds)));
-    let count = (seconds * (acceleration / (8.0 * DEVIATION_MAX)).sqrt()).ceil();
+    let moving = root.map(|curve| curve.bend(seconds, ROOT_ACCELERATION_DEVIATION_MAX));
+    let count = (seconds * (largest(turning.chain(moving)) / 8.0).sqrt()).ceil();
     is_at_most(count, PIECES_MAX as f64).then(|| (count as usize).max(2))
 }
 
@@ -128,6 +134,21 @@ impl Quintic {
             p = p * time + coefficient;
         }
         [p, v, 2.0 * half_a]
+    }
+
+    /// The second derivatives of position and acceleration until `duration`, the larger one, each
+    /// as a multiple of the deviation that is allowed.
+    fn bend(&self, duration: f64, acceleration_deviation: f64) -> f64 {
+        largest([
+            self.acceleration_bound(duration) / DEVIATION_MAX,
+            self.snap_bound(duration) / acceleration_deviation,
+        ])
+    }
+
+    /// The largest second derivative of the acceleration until `duration`, that of its ends.
+    fn snap_bound(&self, duration: f64) -> f64 {
+        let [.., c4, c5] = self.0;
+        largest([24.0 * c4, 24.0 * c4 + 120.0 * c5 * duration].map(f64::abs))
     }
 
     /// At least the largest acceleration until `duration`: that of the cubic's control points.
@@ -278,6 +299,30 @@ mod tests {
             let middle = between(&waypoints[0], &waypoints[1], 0.5 * (a.time + b.time));
             let chord = 0.5 * (a.q[2] + b.q[2]);
             assert!((middle.q[2] - chord).abs() <= DEVIATION_MAX);
+        }
+    }
+
+    #[test]
+    fn accelerations_between_knots_are_near_those_at_the_knots() {
+        // From rest to rest, nothing accelerates in the middle.
+        let still = Waypoint { root_rotation: [0.0, 0.0, 0.0, 1.0], ..Waypoint::zeroed() };
+        let mut moved = Waypoint { time: 0.02, ..still };
+        (moved.q[2], moved.root_position[1]) = (3e-4, 2e-4);
+        for pair in [[still, moved], [gentle(1, 0.0), gentle(2, 0.4)]] {
+            let [from, to] = &pair;
+            for knots in knots(&pair).unwrap().windows(2) {
+                let [(_, a), (_, b)] = [&knots[0], &knots[1]];
+                for share in [0.25, 0.5, 0.75] {
+                    let at = between(from, to, a.time + share * (b.time - a.time));
+                    let off = |of: fn(&Waypoint) -> f64| {
+                        let chord = of(a) + share * (of(b) - of(a));
+                        (of(&at) - chord).abs()
+                    };
+                    assert!(off(|at| at.joint_acceleration[2]) <= ACCELERATION_DEVIATION_MAX);
+                    let root = off(|at| at.root_acceleration[1]);
+                    assert!(root <= ROOT_ACCELERATION_DEVIATION_MAX, "{root}");
+                }
+            }
         }
     }
 

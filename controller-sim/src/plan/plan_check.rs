@@ -18,9 +18,9 @@ use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, RobotModel};
 
 use crate::check::checker::Checker;
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
-use crate::check::course::{Course, Stop};
+use crate::check::course::{Course, Stop, is_resting};
 use crate::check::segment::{MotionSegment, Reserves, SegmentReport, Violation};
-use crate::chunk::continuity::{Stance, check_transition, contacts_match, is_resting};
+use crate::chunk::continuity::{Stance, check_transition, contacts_match};
 use crate::plan::endpoints::{EndpointReport, check_endpoint};
 use crate::plan::problem::Problem;
 
@@ -134,6 +134,7 @@ pub fn check_plan_in(
     notes.extend(checker.unshaped_links().map(|link| {
         format!("not checked for collisions: link {link} has mass and no collision shape")
     }));
+    notes.extend(checker.hollow_soles());
     if let Err(reason) = fitting_chunks(plan) {
         checker = checker.keeping_default_accelerations();
         notes.push(format!(
@@ -142,7 +143,11 @@ pub fn check_plan_in(
         ));
     }
     if parsed.is_smooth && plan.chunks.is_empty() {
-        notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
+        checker = checker.keeping_default_accelerations();
+        notes.push(format!(
+            "the plan names no chunks, so it has no stops to be checked; accelerations stay within \
+             {ACCELERATION_DEFAULT} where the robot file states no limit"
+        ));
     }
     notes.extend(checker.allowed_overlaps().iter().cloned());
     let endpoint = |block: &EndBlock, waypoint: &Waypoint| {

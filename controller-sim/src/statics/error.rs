@@ -37,4 +37,14 @@ pub enum CheckerError {
         /// The distance, rounded up, mm.
         millimetres: u64,
     },
+    /// A foot that reaches below its declared sole.
+    #[error(
+        "foot '{foot}' reaches {millimetres} mm below its sole: correct the sole in the robot file"
+    )]
+    FootBelowSole {
+        /// The foot.
+        foot: String,
+        /// The distance, rounded up, mm.
+        millimetres: u64,
+    },
 }

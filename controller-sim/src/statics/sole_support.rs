@@ -108,6 +108,11 @@ impl SupportFinder {
         })
     }
 
+    /// The undersides of the feet.
+    pub(crate) fn undersides(&self) -> &[Underside] {
+        &self.undersides
+    }
+
     /// The support of a declared contact under a centre of mass at `height` (m) over the sole. The
     /// height is rounded up.
     pub fn find(&mut self, contact: &Contact, height: f64) -> SoleSupport {

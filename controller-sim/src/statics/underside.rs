@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::model::{Foot, RobotModel};
 
-use crate::base::comparison::{is_at_most, smallest};
+use crate::base::comparison::{is_at_most, largest, smallest};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::polygon;
@@ -37,6 +37,8 @@ pub(crate) struct Underside {
     pub(crate) coarse: Vec<SolePoint>,
     /// Points along its edges.
     pub(crate) edges: Vec<SolePoint>,
+    /// The share of the sole that lies on the foot; the rest carries nothing.
+    pub(crate) share_on_foot: f64,
     shapes: Vec<Target>,
     fine: OnceCell<FineGrid>,
     neighbours: OnceCell<Vec<Vec<usize>>>,
@@ -69,10 +71,20 @@ impl Underside {
         let outline = polygon::hull(&foot.polygon);
         let point = |at: DVec2| SolePoint { at, height: height_over(&shapes, at) };
         let is_foot = |point: &SolePoint| point.height.is_finite();
-        let coarse = coarse_points(&outline).into_iter().map(point).filter(is_foot).collect();
+        let mut coarse: Vec<SolePoint> = coarse_points(&outline).into_iter().map(point).collect();
+        let on_foot = coarse.iter().filter(|point| point.height == 0.0).count();
+        let share_on_foot = on_foot as f64 / coarse.len().max(1) as f64;
+        coarse.retain(is_foot);
         let edges = edge_points(&outline).into_iter().map(point).filter(is_foot).collect();
         let (fine, neighbours) = (OnceCell::new(), OnceCell::new());
-        Ok(Self { outline, coarse, edges, shapes, fine, neighbours })
+        Ok(Self { outline, coarse, edges, share_on_foot, shapes, fine, neighbours })
+    }
+
+    /// The greatest distance by which the foot reaches below its sole, m; not above 0 where it does
+    /// not.
+    fn depth_below_sole(&self) -> f64 {
+        let heights = self.coarse.iter().chain(&self.edges).map(|point| point.height);
+        -smallest(heights)
     }
 
     /// A fine grid over the sole, measured when it is first used.
@@ -204,35 +216,44 @@ fn extent(sole: &[DVec2]) -> (DVec2, DVec2) {
 }
 
 /// Whether each declared sole lies on its foot's own collision shapes within `tolerance` (m), so
-/// that no robot file declares a sole larger than its foot.
+/// that no robot file declares a sole larger than its foot, or above the foot's lowest parts. Parts
+/// of a sole over which the foot is hollow carry nothing.
 ///
 /// # Errors
-/// A vertex of a sole that is farther from the shapes.
-pub fn check_soles(
+/// A vertex of a sole that is farther from the shapes, or a foot that reaches farther below.
+pub(crate) fn check_soles(
     model: &RobotModel,
     bodies: &[CollisionBody],
+    undersides: &[Underside],
     tolerance: f64,
 ) -> Result<(), CheckerError> {
-    let vertex = Solid::Convex(Convex { core: Core::Segment(0.0), radius: 0.0 });
-    for foot in &model.feet {
-        for at in &foot.polygon {
-            let point = foot.link_from_sole * at.extend(0.0);
-            let placed = SolidPose {
-                world_from_solid: Pose::from_translation(point),
-                bounds: Bounds { low: point, high: point },
-            };
-            let off = bodies.iter().filter(|body| body.link == Some(foot.link)).map(|body| {
-                let on_link = SolidPose::new(body, &Pose::IDENTITY);
-                separation((&body.solid, &on_link), (&vertex, &placed), DVec3::Z, 1.0)
-                    .distance
-                    .abs()
-            });
-            let nearest = smallest(off);
-            if !is_at_most(nearest, tolerance) {
-                let millimetres = (1e3 * nearest).min(1e6).ceil() as u64;
-                return Err(CheckerError::SoleOffFoot { foot: foot.name.clone(), millimetres });
-            }
+    let millimetres = |distance: f64| (1e3 * distance).min(1e6).ceil() as u64;
+    for (foot, underside) in model.feet.iter().zip(undersides) {
+        let off = largest(foot.polygon.iter().map(|at| distance_to_foot(foot, *at, bodies)));
+        if !is_at_most(off, tolerance) {
+            let (foot, millimetres) = (foot.name.clone(), millimetres(off));
+            return Err(CheckerError::SoleOffFoot { foot, millimetres });
+        }
+        let below = underside.depth_below_sole();
+        if !is_at_most(below, tolerance) {
+            let (foot, millimetres) = (foot.name.clone(), millimetres(below));
+            return Err(CheckerError::FootBelowSole { foot, millimetres });
         }
     }
     Ok(())
+}
+
+/// The distance of a point of a sole to the surface of its foot, or its depth in the foot, m.
+fn distance_to_foot(foot: &Foot, at: DVec2, bodies: &[CollisionBody]) -> f64 {
+    let vertex = Solid::Convex(Convex { core: Core::Segment(0.0), radius: 0.0 });
+    let point = foot.link_from_sole * at.extend(0.0);
+    let placed = SolidPose {
+        world_from_solid: Pose::from_translation(point),
+        bounds: Bounds { low: point, high: point },
+    };
+    smallest(bodies.iter().filter(|body| body.link == Some(foot.link)).map(|body| {
+        let on_link = SolidPose::new(body, &Pose::IDENTITY);
+        let solids = ((&body.solid, &on_link), (&vertex, &placed));
+        separation(solids.0, solids.1, DVec3::Z, 1.0).distance.abs()
+    }))
 }

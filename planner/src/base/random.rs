@@ -24,6 +24,8 @@ pub enum Stream {
     UniformFoothold = 8,
     /// Which of many neighbours a foothold is connected with.
     Connection = 9,
+    /// Other walks that are made from a plan.
+    Improvement = 10,
 }
 
 /// The generator of one object and attempt. It is cheap to make.

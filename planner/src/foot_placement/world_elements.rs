@@ -51,7 +51,7 @@ impl WorldElements {
                 self.add_curved(&pose, *radius, *half_length, SurfaceEnds::Flat);
                 self.add_cylinder_faces(&pose, *radius, *half_length);
             }
-            Shape::ConvexHull { points } => {
+            Shape::ConvexHull { points, .. } => {
                 let error = |message: &str| SurfacesError::Shape {
                     shape: world_shape.name.clone(),
                     message: message.into(),

@@ -67,7 +67,7 @@ mod tests {
                 [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { 1.0 } else { -1.0 }),
             )
         });
-        let hull = Shape::ConvexHull { points: corners.collect() };
+        let hull = Shape::ConvexHull { points: corners.collect(), source: None };
         let inner = depth(hull.clone(), [0.0; 3]);
         assert!(inner > 0.99 && inner <= 1.0, "{inner}");
         assert!(depth(hull, [0.9, 0.9, 0.9]) < 0.1);

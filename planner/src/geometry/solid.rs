@@ -87,7 +87,7 @@ impl Solid {
                 Core::LineSegment { half_length: positive(*half_length, "the length")? },
                 positive(*radius, "the radius")?,
             ),
-            Shape::ConvexHull { points } => {
+            Shape::ConvexHull { points, .. } => {
                 let hull = Hull::new(points)
                     .map_err(|reason| ShapeError::DegenerateHull { owner: owner.into(), reason })?;
                 (Core::Hull(hull), 0.0)

@@ -24,7 +24,7 @@ pub(crate) fn triangles_of(shape: &Shape) -> (Vec<DVec3>, Vec<[u32; 3]>) {
             let end = DVec3::Z * *half_length;
             Capsule::new(-end, end, *radius).to_trimesh(SIDES, SIDES)
         }
-        Shape::ConvexHull { points } => try_convex_hull(points).unwrap_or_default(),
+        Shape::ConvexHull { points, .. } => try_convex_hull(points).unwrap_or_default(),
         Shape::Mesh { vertices, triangles, .. } => (vertices.clone(), triangles.clone()),
     }
 }
@@ -38,7 +38,7 @@ mod tests {
         let corners = [-1.0, 1.0].map(|z| {
             [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, z))
         });
-        let hull = Shape::ConvexHull { points: corners.concat() };
+        let hull = Shape::ConvexHull { points: corners.concat(), source: None };
         let (vertices, triangles) = triangles_of(&hull);
         let cases = [
             (Shape::Box { half_extents: DVec3::new(0.1, 0.2, 0.3) }, DVec3::new(0.1, 0.2, 0.3)),

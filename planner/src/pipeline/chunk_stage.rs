@@ -7,14 +7,18 @@ use crate::base::capacity::ArenaFull;
 use crate::base::work_budget::items_in;
 use crate::motion::roadmap::ModeEdge;
 use crate::pipeline::outcome::Outcome;
-use crate::pipeline::search::Search;
+use crate::pipeline::search::{Search, SearchStats};
 use crate::pipeline::smooth_path_stage::SmoothPath;
 use crate::pipeline::stage::Event;
 use crate::pipeline::timed_chunks::{Progress, TimedChunks};
 use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
 use crate::timing::limit::BindingTimes;
+use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
+
+/// Pieces of a plan that are timed at once where none of them is needed early.
+const PIECES_AT_ONCE: usize = 3;
 
 /// Makes the chunks of a plan and their digest. One unit of work for each motion that is written,
 /// and one for each chunk that is finalized.
@@ -29,18 +33,83 @@ pub(crate) struct ChunkStage {
     /// The timing of a smooth path; none where plans keep the searched motion.
     timed: Option<TimedChunks>,
     digest: Digest,
+    /// The best plan while others are tried; none where plans are not improved.
+    kept: Option<KeptChunks>,
+}
+
+/// The chunks of the best plan, and the statistics of their motion.
+#[derive(Debug)]
+struct KeptChunks {
+    chunks: ChunkBuilder,
+    digest: Digest,
+    binding: BindingTimes,
+    stats: SearchStats,
 }
 
 impl ChunkStage {
-    /// Takes the chunks of a plan, which are none yet or those that retrace.
-    pub fn new(chunks: ChunkBuilder, timing: Option<PathTiming>) -> Self {
+    /// Takes the chunks of a plan, which are none yet or those that retrace, and where the plan is
+    /// to be improved memory for the chunks of another.
+    pub fn new(
+        chunks: ChunkBuilder,
+        timing: Option<PathTiming>,
+        others: Option<ChunkBuilder>,
+    ) -> Self {
         let timed = timing.map(TimedChunks::new);
-        Self { chunks, next: 0, is_written: false, timed, digest: Digest::default() }
+        let kept = others.map(|chunks| KeptChunks {
+            chunks,
+            digest: Digest::default(),
+            binding: BindingTimes::default(),
+            stats: SearchStats::default(),
+        });
+        Self { chunks, next: 0, is_written: false, timed, digest: Digest::default(), kept }
+    }
+
+    /// Keeps the plan that is complete as the best one.
+    pub fn keep(&mut self, stats: &SearchStats) {
+        let binding = self.binding().cloned();
+        let Some(kept) = &mut self.kept else { return };
+        std::mem::swap(&mut kept.chunks, &mut self.chunks);
+        (kept.digest, kept.stats) = (self.digest, *stats);
+        kept.binding = binding.unwrap_or_default();
+    }
+
+    /// Begins another plan, from the same start to the same goal as the best one. Nothing of it is
+    /// needed early, so more pieces are timed at once where all of the best one have a timing.
+    pub fn begin_another(&mut self) {
+        let Some(kept) = &self.kept else { return };
+        let pieces = if kept.stats.untimed_pieces == 0 { PIECES_AT_ONCE } else { 1 };
+        self.chunks.begin_like(&kept.chunks);
+        (self.next, self.is_written) = (0, false);
+        self.timed.iter_mut().for_each(|timed| timed.begin(pieces));
+    }
+
+    /// Takes the best plan.
+    pub fn take_kept(&mut self, stats: &mut SearchStats) {
+        let Some(kept) = &mut self.kept else { return };
+        std::mem::swap(&mut kept.chunks, &mut self.chunks);
+        self.digest = kept.digest;
+        take_motion(stats, &kept.stats);
+    }
+
+    /// The chunks of the best plan.
+    pub fn kept_chunks(&self) -> &[PlanChunk] {
+        self.kept.as_ref().map_or(&[], |kept| kept.chunks.chunks())
+    }
+
+    /// When the best plan ends, s.
+    pub fn kept_seconds(&self) -> f64 {
+        self.kept.as_ref().map_or(0.0, |kept| kept.chunks.end())
+    }
+
+    /// When the plan ends, s.
+    pub fn seconds(&self) -> f64 {
+        self.chunks.end()
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.chunks.bytes() + self.timed.as_ref().map_or(0, TimedChunks::bytes)
+        let kept = self.kept.as_ref().map_or(0, |kept| kept.chunks.bytes());
+        self.chunks.bytes() + kept + self.timed.as_ref().map_or(0, TimedChunks::bytes)
     }
 
     /// Writes the next motions and finalizes chunks before them, within `budget` units of work. The
@@ -114,13 +183,22 @@ impl ChunkStage {
         }
         search.stats.work += 1;
         self.digest = self.chunks.finalize_last();
+        if self.kept.is_some() {
+            return Ok(Event::Improve);
+        }
         search.outcome = Some(Outcome::Found);
         Ok(Event::Found)
     }
 
     /// How long each limit binds a timed motion; none where plans keep the searched motion.
-    pub fn binding(&self) -> Option<&BindingTimes> {
+    fn binding(&self) -> Option<&BindingTimes> {
         self.timed.as_ref().map(TimedChunks::binding)
+    }
+
+    /// How long each limit binds the motion of the plan; none where it keeps the searched motion.
+    pub fn binding_of_plan(&self) -> Option<&BindingTimes> {
+        let of_plan = self.binding()?;
+        Some(self.kept.as_ref().map_or(of_plan, |kept| &kept.binding))
     }
 
     /// The chunks that are final, also while the plan is made: a complete plan begins with them.
@@ -137,4 +215,11 @@ impl ChunkStage {
     pub fn digest(&self) -> Digest {
         self.digest
     }
+}
+
+/// Takes what the statistics `of` another moment say about the smooth motion.
+fn take_motion(stats: &mut SearchStats, of: &SearchStats) {
+    (stats.rests, stats.searched_phases) = (of.rests, of.searched_phases);
+    (stats.relaxed_points, stats.beyond_limits) = (of.relaxed_points, of.beyond_limits);
+    (stats.without_stop, stats.untimed_pieces) = (of.without_stop, of.untimed_pieces);
 }

@@ -23,6 +23,7 @@
 //! | Shortcuts | shorter motions | 4.4.6 |
 //! | SmoothPath | the smooth path that is executed | |
 //! | Chunks | the chunks of the plan and their digest | |
+//! | Improvement | other walks, of which the fastest is kept | |
 //! | Method | a walk by another method, in place of Route to Recovery | 2, 5 |
 //!
 //! A sequence that cannot be completed costs more afterwards, so the next one differs. Where
@@ -45,6 +46,8 @@ use crate::pipeline::connection::ConnectionStage;
 use crate::pipeline::direct_stage::DirectStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
+use crate::pipeline::improvement::Improvement;
+use crate::pipeline::improvement_stage::ImprovementStage;
 use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::{Bound, Outcome, Status};
 use crate::pipeline::outcome_text;
@@ -97,6 +100,7 @@ pub(crate) struct Stages {
     pub shortcuts: ShortcutStage,
     pub smooth_path: SmoothPathStage,
     pub chunks: ChunkStage,
+    pub improvement: ImprovementStage,
     pub method: MethodStage,
 }
 
@@ -130,6 +134,7 @@ impl Stages {
                 let path = self.smooth_path.path();
                 self.chunks.step(context, search, path, budget)
             }
+            Stage::Improvement => self.improvement.step(context, search, &mut self.chunks, budget),
             Stage::Method => self.method.step(context, search, budget),
             Stage::Over => Ok(Event::Continue),
         }
@@ -194,7 +199,7 @@ impl Planner {
             }
         }
         if self.stage != Stage::Over && self.search.stats.work >= self.search.limits.work_max {
-            self.end(Outcome::BudgetExhausted(Bound::Work));
+            self.end_or_take_best(Outcome::BudgetExhausted(Bound::Work));
         }
         self.search.outcome.map_or(Status::Working, Status::Done)
     }
@@ -204,7 +209,11 @@ impl Planner {
         let Self { context, search, stages, stage, .. } = self;
         let before = search.stats.work;
         let event = stages.step(*stage, context, search, budget);
-        if let Some(category) = stage.category() {
+        let category = match stages.improvement.improvement() {
+            None => stage.category(),
+            Some(_) => Some(WorkCategory::Improvement),
+        };
+        if let Some(category) = category {
             search.stats.work_by_category[category as usize] += search.stats.work - before;
         }
         if search.limits.margins == Margins::Due {
@@ -213,8 +222,30 @@ impl Planner {
         }
         match event {
             Ok(event) => *stage = stage_table::next(*stage, event),
-            Err(full) => self.end(Outcome::ArenaFull(full)),
+            Err(full) => self.end_or_take_best(Outcome::ArenaFull(full)),
         }
+    }
+
+    /// Ends the search; while a plan is improved, with the best one.
+    fn end_or_take_best(&mut self, outcome: Outcome) {
+        if !self.stop_improving() {
+            self.end(outcome);
+        }
+    }
+
+    /// Ends the improvement of a plan with the best one so far. Returns whether there is one.
+    pub fn stop_improving(&mut self) -> bool {
+        if self.stage == Stage::Over || self.improvement().is_none() {
+            return false;
+        }
+        self.stages.improvement.end(&mut self.search, &mut self.stages.chunks);
+        self.stage = Stage::Over;
+        true
+    }
+
+    /// What the improvement of the plan came to; `None` without one.
+    pub fn improvement(&self) -> Option<Improvement> {
+        self.stages.improvement.improvement()
     }
 
     /// Ends the search.
@@ -237,14 +268,15 @@ impl Planner {
     }
 
     /// The chunks that are final, also while the search goes on: a plan that it finds begins with
-    /// them. Their session and receiver are not set.
+    /// them. Their session and receiver are not set. While a plan is to be improved there are none.
     pub fn final_chunks(&self) -> &[PlanChunk] {
-        self.stages.chunks.final_chunks()
+        let is_final = !self.stages.improvement.is_wanted() || self.has_found();
+        if is_final { self.stages.chunks.final_chunks() } else { &[] }
     }
 
     /// How long each limit binds the smooth motion; none of a quasi-static one.
     pub fn binding_times(&self) -> Option<&BindingTimes> {
-        self.stages.chunks.binding().filter(|_| self.has_found())
+        self.stages.chunks.binding_of_plan().filter(|_| self.has_found())
     }
 
     /// The name of a joint.
@@ -337,14 +369,15 @@ impl Planner {
     }
 
     /// The smooth path of the plan, once found: its points and its spans. None where the plan keeps
-    /// the searched motion.
+    /// the searched motion, or was improved.
     pub fn smooth_path(&self) -> Option<(&[PathPoint], &[PathSpan])> {
-        let path = self.stages.smooth_path.path().filter(|_| self.has_found())?.path;
+        let is_of_plan = self.has_found() && self.improvement().is_none();
+        let path = self.stages.smooth_path.path().filter(|_| is_of_plan)?.path;
         Some((path.points, path.spans))
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 11] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 12] {
         let Self { context, search, stages, .. } = self;
         let nearest_vertices = search.connections.nearest_vertices.capacity() * size_of::<u32>();
         let sequences = stages.sequence.bytes()
@@ -369,6 +402,7 @@ impl Planner {
             ("shortcuts", stages.shortcuts.bytes()),
             ("smooth path", stages.smooth_path.bytes()),
             ("method", stages.method.bytes()),
+            ("improvement", stages.improvement.bytes()),
         ]
     }
 }

@@ -27,6 +27,7 @@ use crate::pipeline::direct_steps::DirectSteps;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::endpoints::StanceSurfaces;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::improvement_stage::ImprovementStage;
 use crate::pipeline::live_routes::LiveRoutes;
 use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::Outcome;
@@ -47,6 +48,7 @@ use crate::pipeline::sequence_stage::SequenceStage;
 use crate::pipeline::shortcut_stage::ShortcutStage;
 use crate::pipeline::smooth_path_stage::SmoothPathStage;
 use crate::pipeline::stage::Stage;
+use crate::pipeline::trial_motion::{self, TrialMotion};
 use crate::pipeline::uniform_rounds::UniformRounds;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
@@ -105,6 +107,7 @@ pub struct PlannerBuilder<'a> {
     /// Sole poses with half the sides (m) of the rectangle around each.
     keep_out: Vec<(Pose, [f64; 2])>,
     method: (Method, MethodParameters),
+    improvement_work: u64,
 }
 
 impl Planner {
@@ -128,6 +131,7 @@ impl Planner {
             retrace: (&[], 0),
             keep_out: Vec::new(),
             method: (Method::Rpg, MethodParameters::default()),
+            improvement_work: 0,
         }
     }
 }
@@ -167,6 +171,13 @@ impl<'a> PlannerBuilder<'a> {
     /// Searches by another method, over the same constraints and work limit.
     pub fn method(self, method: Method, parameters: MethodParameters) -> Self {
         Self { method: (method, parameters), ..self }
+    }
+
+    /// Improves the plan, with at most `work` units after it is found and within the limit of the
+    /// whole search: other walks are made from it, and the one that takes the least time is the
+    /// plan. 0 leaves the first plan as it is.
+    pub fn improve(self, work: u64) -> Self {
+        Self { improvement_work: work, ..self }
     }
 
     /// Keeps soles out of a rectangle with these half sides (m) around a sole pose; see
@@ -210,7 +221,12 @@ impl<'a> PlannerBuilder<'a> {
                 edges_max,
                 config.waypoints_max as usize,
             ),
-            chunks: ChunkStage::new(self.chunks(&context), self.timing()),
+            chunks: ChunkStage::new(
+                self.chunks(&context),
+                self.timing(config.waypoints_max as usize),
+                (self.improvement_work > 0).then(|| self.chunks(&context)),
+            ),
+            improvement: ImprovementStage::new(self.improvement_work, edges_max, self.trial()),
             method,
         };
         let joint_names = self.model.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -295,12 +311,17 @@ impl<'a> PlannerBuilder<'a> {
         }
     }
 
-    /// The timing of smooth paths, if plans are smoothed.
-    fn timing(&self) -> Option<PathTiming> {
+    /// The motion of parts of a plan that are tried, if smooth plans are improved.
+    fn trial(&self) -> Option<TrialMotion> {
+        let is_wanted = self.improvement_work > 0;
+        is_wanted.then(|| self.timing(trial_motion::POINTS_MAX)).flatten().map(TrialMotion::new)
+    }
+
+    /// The timing of smooth paths of `points_max` points, if plans are smoothed.
+    fn timing(&self, points_max: usize) -> Option<PathTiming> {
         let execution = &self.scenario.execution;
         let limits =
             TimingLimits::new(self.model, execution.share, self.world.mu, &self.scenario.checker);
-        let points_max = self.scenario.planner.waypoints_max as usize;
         (execution.motion == MotionKind::Smooth)
             .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
     }

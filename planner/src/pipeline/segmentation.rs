@@ -146,6 +146,13 @@ impl Segmentation {
         &self.plan
     }
 
+    /// Makes `nodes` the whole plan: its transitions with the nodes of its ends.
+    pub fn set_plan(&mut self, nodes: &[TransitionId]) {
+        self.plan.clear();
+        let fitting = nodes.len().min(self.plan.capacity());
+        self.plan.extend_from_slice(&nodes[..fitting]);
+    }
+
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.boundaries.capacity() * size_of::<SegmentBoundary>()

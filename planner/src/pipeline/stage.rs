@@ -39,6 +39,8 @@ pub enum Stage {
     SmoothPath,
     /// The plan's chunks are written and finalized, as far as the path is made.
     Chunks,
+    /// Another walk is made from the plan, to see whether it takes less time.
+    Improvement,
     /// Another method than the stages from `Route` to `Recovery` searches the walk.
     Method,
     /// The search has ended.
@@ -60,6 +62,7 @@ impl Stage {
             Self::Primitives | Self::Motions => Some(WorkCategory::Motions),
             Self::Shortcuts | Self::SmoothPath => Some(WorkCategory::Shortcuts),
             Self::Chunks => Some(WorkCategory::Chunks),
+            Self::Improvement => Some(WorkCategory::Improvement),
             Self::Segments | Self::Recovery | Self::Method | Self::Over => None,
         }
     }
@@ -113,6 +116,10 @@ pub enum Event {
     NeedsFootholds,
     /// Footholds beyond the reach of primitives are to be connected.
     LongSteps,
+    /// The plan is complete, and is to be improved.
+    Improve,
+    /// Another walk is to be smoothed and timed.
+    NewWalk,
     /// The next part of the smooth path is to be made.
     NeedsPath,
     /// No smooth path continues the part that does not change any more.
@@ -145,11 +152,13 @@ pub enum WorkCategory {
     Shortcuts,
     /// Writing and finalizing chunks.
     Chunks,
+    /// Making and timing other walks after the first plan.
+    Improvement,
 }
 
 impl WorkCategory {
     /// Number of categories.
-    pub const COUNT: usize = 10;
+    pub const COUNT: usize = 11;
     /// Names in reports, by discriminant.
     pub const NAMES: [&'static str; Self::COUNT] = [
         "endpoints",
@@ -162,5 +171,6 @@ impl WorkCategory {
         "motions",
         "shortcuts",
         "chunks",
+        "improvement",
     ];
 }

@@ -20,7 +20,7 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 45] = [
+pub const TRANSITIONS: [Transition; 48] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
     row(Stage::Endpoints, Event::OtherMethod, Stage::Method),
@@ -66,6 +66,9 @@ pub const TRANSITIONS: [Transition; 45] = [
     row(Stage::SmoothPath, Event::Blocked, Stage::Over),
     row(Stage::Chunks, Event::NeedsPath, Stage::SmoothPath),
     row(Stage::Chunks, Event::Found, Stage::Over),
+    row(Stage::Chunks, Event::Improve, Stage::Improvement),
+    row(Stage::Improvement, Event::NewWalk, Stage::SmoothPath),
+    row(Stage::Improvement, Event::Found, Stage::Over),
 ];
 
 /// The stage that follows `stage` after `event`.

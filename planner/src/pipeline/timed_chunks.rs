@@ -48,6 +48,10 @@ pub(crate) struct TimedChunks {
     untimed_end: Option<usize>,
     /// When the chunk written last brakes, s.
     brake_after: f64,
+    /// Pieces that are added before all that are open are timed.
+    pieces_at_once: usize,
+    /// Pieces added since then.
+    untimed_yet: usize,
     counts: Counts,
     binding: BindingTimes,
 }
@@ -72,9 +76,20 @@ impl TimedChunks {
             written: 0,
             untimed_end: None,
             brake_after: 0.0,
+            pieces_at_once: 1,
+            untimed_yet: 0,
             counts: Counts::default(),
             binding: BindingTimes::default(),
         }
+    }
+
+    /// Begins another path, of which this many pieces are timed at once.
+    pub fn begin(&mut self, pieces_at_once: usize) {
+        (self.pieces_at_once, self.untimed_yet) = (pieces_at_once, 0);
+        self.timing.begin();
+        (self.first, self.pieces, self.written) = (0, [0; OPEN_PIECES + 1], 0);
+        (self.untimed_end, self.brake_after) = (None, 0.0);
+        (self.counts, self.binding) = (Counts::default(), BindingTimes::default());
     }
 
     /// Bytes reserved.
@@ -144,6 +159,11 @@ impl TimedChunks {
         }
         self.pieces.rotate_left(1);
         self.pieces[OPEN_PIECES] = known;
+        self.untimed_yet += 1;
+        if known < path.spans.len() && self.untimed_yet < self.pieces_at_once {
+            return Ok(UNITS_PER_POINT * points);
+        }
+        self.untimed_yet = 0;
         let open = path.spans[self.pieces[0].max(self.first)].first;
         let known_path = Path { spans: &path.spans[self.first..known], ..path };
         let [fixed, written] =

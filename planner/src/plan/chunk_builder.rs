@@ -69,6 +69,8 @@ pub struct ChunkBuilder {
     provenance: Provenance,
     timing: TimeParameterization,
     waypoints: u64,
+    /// Number of chunks that retrace, before those of the walk.
+    retraced: usize,
     /// The last waypoint of a smooth path so far: of a timed one in the path's time.
     last_timed: Option<Waypoint>,
     finalized: FinalizedStream,
@@ -117,6 +119,7 @@ impl ChunkBuilder {
             provenance,
             timing,
             waypoints: 0,
+            retraced: 0,
             last_timed: None,
             finalized: FinalizedStream {
                 plan_id: 1,
@@ -170,6 +173,7 @@ impl ChunkBuilder {
     ) -> Result<(), ArenaFull> {
         let at = self.written;
         self.reserve(before.clone().count(), 1)?;
+        self.retraced = self.written;
         let (chunk, contacts) = (&mut self.chunks[at], executed.contacts());
         let waypoints = std::iter::once(end).chain(before).map(Waypoint::rested);
         let ground = Ground::under(contacts);
@@ -297,6 +301,33 @@ impl ChunkBuilder {
             self.finalized.finalize(last);
         }
         self.finalized.stream
+    }
+
+    /// When the finalized chunks end, s.
+    pub fn end(&self) -> f64 {
+        self.finalized.time
+    }
+
+    /// Begins another plan for what `other` holds a plan for: with its chunks that retrace.
+    pub fn begin_like(&mut self, other: &Self) {
+        self.chunks[..self.written].fill(PlanChunk::zeroed());
+        let retraced = &other.chunks[..other.retraced];
+        self.chunks[..retraced.len()].copy_from_slice(retraced);
+        (self.written, self.retraced, self.last_timed) = (retraced.len(), retraced.len(), None);
+        let used = |chunk: &PlanChunk| u64::from(chunk.waypoints_len) - 1;
+        let steps: u64 = retraced.iter().map(used).sum();
+        self.waypoints = if retraced.is_empty() { 0 } else { 1 + steps };
+        let last = retraced.last();
+        let FinalizedStream { plan_id, epoch, .. } = other.finalized;
+        let finalized = &mut self.finalized;
+        (finalized.plan_id, finalized.epoch, finalized.count) = (plan_id, epoch, retraced.len());
+        finalized.time =
+            last.and_then(|chunk| chunk.waypoints().last()).map_or(0.0, |waypoint| waypoint.time);
+        finalized.stream = last.map_or(Digest::default(), PlanChunk::stream_after);
+        finalized.path_begin = None;
+        finalized.is_resting.fill(false);
+        finalized.is_resting[..retraced.len()]
+            .copy_from_slice(&other.finalized.is_resting[..retraced.len()]);
     }
 
     /// Number of chunks that are not finalized.

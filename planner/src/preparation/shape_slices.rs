@@ -65,7 +65,7 @@ pub fn slices(
 fn edges(shape: &Shape) -> Option<Vec<[DVec3; 2]>> {
     let (vertices, triangles) = match shape {
         Shape::Mesh { vertices, triangles, .. } => (vertices.clone(), triangles.clone()),
-        Shape::ConvexHull { points } => try_convex_hull(points).ok()?,
+        Shape::ConvexHull { points, .. } => try_convex_hull(points).ok()?,
         _ => return None,
     };
     let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
@@ -112,6 +112,7 @@ mod tests {
                 corner(-1.0, 1.0),
                 DVec3::new(0.0, 0.0, 3.0),
             ],
+            source: None,
         }
     }
 

@@ -79,7 +79,7 @@ fn bounds(shape: &Shape) -> Aabb {
         Shape::Capsule { radius, half_length } => {
             DVec3::new(*radius, *radius, half_length + radius)
         }
-        Shape::ConvexHull { points } | Shape::Mesh { vertices: points, .. } => {
+        Shape::ConvexHull { points, .. } | Shape::Mesh { vertices: points, .. } => {
             return Aabb::of_points(points.iter().copied());
         }
     };
@@ -99,7 +99,7 @@ fn radius_about(shape: &Shape, center: DVec3) -> f64 {
             let across = radius + center.truncate().length();
             DVec3::new(across, 0.0, half_length + center.z.abs()).length()
         }
-        Shape::ConvexHull { points } | Shape::Mesh { vertices: points, .. } => {
+        Shape::ConvexHull { points, .. } | Shape::Mesh { vertices: points, .. } => {
             points.iter().map(|point| (*point - center).length()).fold(0.0, f64::max)
         }
     }

@@ -88,7 +88,7 @@ impl ContactProblem<'_> {
             [foot] => single_contact::holds(foot, force, moment - foot.center.cross(force)),
             [first, second] => {
                 let mut splits = splits([first, second], (force, moment));
-                splits.any(|wrenches| self.feet_hold(wrenches) && self.legs_hold(rate, wrenches))
+                splits.any(|wrenches| self.feet_hold(wrenches) && self.legs_hold(rate, &wrenches))
             }
             _ => false,
         }
@@ -104,15 +104,23 @@ impl ContactProblem<'_> {
     }
 
     /// Whether the torques of both legs are within their limits at a rate.
-    fn legs_hold(&self, rate: DVec2, wrenches: [FootWrench; 2]) -> bool {
-        self.support.feet.iter().zip(wrenches).all(|(foot, (force, moment))| {
-            self.chains[foot.limb].iter().all(|&joint| {
+    fn legs_hold(&self, rate: DVec2, wrenches: &[FootWrench; 2]) -> bool {
+        self.leg_load(rate, wrenches) <= 1.0 + TORQUE_TOLERANCE
+    }
+
+    /// The largest ratio of a torque of a stance leg to its limit at a rate, under the wrenches of
+    /// two feet.
+    pub(crate) fn leg_load(&self, rate: DVec2, wrenches: &[FootWrench; 2]) -> f64 {
+        let feet = self.support.feet.iter().zip(wrenches);
+        let loads = feet.flat_map(|(foot, (force, moment))| {
+            self.chains[foot.limb].iter().map(|&joint| {
                 let frames = &self.dynamics.frames;
-                let of_foot = frames.torque_of_wrench(joint, force, moment, foot.center);
+                let of_foot = frames.torque_of_wrench(joint, *force, *moment, foot.center);
                 let torque = self.dynamics.torque(joint).at(rate) - of_foot;
-                torque.abs() <= self.efforts_part * self.efforts[joint] * (1.0 + TORQUE_TOLERANCE)
+                torque.abs() / (self.efforts_part * self.efforts[joint])
             })
-        })
+        });
+        loads.fold(0.0, f64::max)
     }
 
     /// The joints whose torques depend on how two feet share the load.

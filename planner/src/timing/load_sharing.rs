@@ -4,7 +4,8 @@
 //! from the centres of their soles, which is that of the whole pressure from the point at `l`
 //! between them. For equal parallel soles that reaches every wrench of both. `l` follows a schedule
 //! so that a foot lands and leaves without load, within the shares for which both centres of
-//! pressure stay inside. All of it is continuous in time.
+//! pressure stay inside and both legs bear their load. All of it is continuous in time where these
+//! are an interval.
 
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
@@ -54,12 +55,13 @@ impl LoadSchedule {
     }
 }
 
-/// The wrench of each foot. `force` and `moment` about the world's origin are those of all.
+/// The wrench of each foot. `force` and `moment` about the world's origin are those of all;
+/// `excess` is the largest ratio of a leg's torque to its limit under the wrenches of both feet.
 pub fn share_load(
     support: &Support,
     (force, moment): (DVec3, DVec3),
-    schedule: &LoadSchedule,
-    progress: f64,
+    (schedule, progress): (&LoadSchedule, f64),
+    excess: impl Fn(&[FootWrench; 2]) -> f64,
 ) -> BoundedVec<FootWrench, 2> {
     let [first, second] = support.feet.as_slice() else {
         let about = |foot: &FootSupport| moment - foot.center.cross(force);
@@ -68,9 +70,52 @@ pub fn share_load(
     let shared = SharedLoad::new([first, second], (force, moment));
     let (low, high) = shared.range;
     let wanted = schedule.share(progress, shared.balanced);
-    let share = if low <= high { wanted.clamp(low, high) } else { shared.balanced };
+    let share = if low <= high {
+        let excess_at = |share: f64| excess(&shared.split(share));
+        nearest_borne(wanted.clamp(low, high), shared.range, excess_at)
+    } else {
+        shared.balanced
+    };
     shared.split(share).into_iter().collect()
 }
+
+/// The share nearest to `wanted` within a range whose excess is at most 1; the one with the least
+/// excess where there is none.
+fn nearest_borne(wanted: f64, (low, high): (f64, f64), excess: impl Fn(f64) -> f64) -> f64 {
+    let mut least = (excess(wanted), wanted);
+    if least.0 <= 1.0 {
+        return wanted;
+    }
+    let step = (high - low) / f64::from(SHARE_STEPS);
+    for distance in (1..=SHARE_STEPS).map(|count| f64::from(count) * step) {
+        for side in [-1.0, 1.0] {
+            let share = wanted + side * distance;
+            if !(low..=high).contains(&share) {
+                continue;
+            }
+            let found = excess(share);
+            if found <= 1.0 {
+                return borne_between(share - side * step, share, excess);
+            }
+            least = if found < least.0 { (found, share) } else { least };
+        }
+    }
+    least.1
+}
+
+/// The share next to `beyond`, whose excess is above 1, that is borne as `borne` is.
+fn borne_between(mut beyond: f64, mut borne: f64, excess: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..SHARE_HALVINGS {
+        let middle = 0.5 * (beyond + borne);
+        if excess(middle) <= 1.0 { borne = middle } else { beyond = middle }
+    }
+    borne
+}
+
+/// Shares at which the torques of the legs are tried to either side, at most.
+const SHARE_STEPS: u32 = 24;
+/// Halvings of the step between a share that is borne and one that is not.
+const SHARE_HALVINGS: usize = 30;
 
 /// A load that two feet share.
 struct SharedLoad {
@@ -162,4 +207,21 @@ fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64,
         }
     }
     (low, high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_share_that_the_legs_bear_is_taken() {
+        // The first leg bears at most 0.6 of the load, the second one at most 0.7.
+        let excess = |share: f64| ((1.0 - share) / 0.6).max(share / 0.7);
+        let range = (0.1, 0.9);
+        assert_eq!(nearest_borne(0.5, range, excess), 0.5);
+        assert!((nearest_borne(0.1, range, excess) - 0.4).abs() < 1e-8);
+        assert!((nearest_borne(0.9, range, excess) - 0.7).abs() < 1e-8);
+        let too_weak = |share: f64| 1.0 + (share - 0.3).abs();
+        assert!((nearest_borne(0.8, range, too_weak) - 0.3).abs() < 0.04);
+    }
 }

@@ -210,6 +210,13 @@ impl PathTiming {
         true
     }
 
+    /// The duration (s) of the fastest profile of the path known so far, which begins anew: not
+    /// rounded, and not checked as a motion. `None` where there is none.
+    pub fn fastest_seconds(&mut self) -> Option<f64> {
+        let last = self.spans().checked_sub(1)?;
+        self.profile_round().then(|| self.span_times(last).end)
+    }
+
     /// Ends the path where the last profile within the limits ends, at rest, and takes that
     /// profile. Returns the number of its spans; 0 where there is none. `path` is the one of the
     /// last [`PathTiming::solve`].
@@ -352,8 +359,8 @@ impl PathTiming {
         let [begin, end] = [&points[0], &points[points.len() - 1]].map(|point| point.parameter);
         let mut waypoint = state_at(points, parameter).rested();
         let progress = (parameter - begin) / (end - begin);
-        let within = (Level::Bare, &LoadSchedule::beside(path.spans, span), progress);
-        self.robot.write_torques(known, within, &mut waypoint);
+        let at = (&LoadSchedule::beside(path.spans, span), progress);
+        self.robot.write_torques(known, Level::Bare, at, &mut waypoint);
         waypoint
     }
 
@@ -391,8 +398,8 @@ impl PathTiming {
         let (node, _) = self.timed.node_before(span, position);
         let schedule = LoadSchedule::beside(path.spans, span);
         let progress = index as f64 / times.intervals as f64;
-        let within = (self.timed.nodes[node].level, &schedule, progress);
-        self.robot.write_torques(&path.spans[span], within, &mut waypoint);
+        let level = self.timed.nodes[node].level;
+        self.robot.write_torques(&path.spans[span], level, (&schedule, progress), &mut waypoint);
         waypoint
     }
 }

@@ -13,7 +13,7 @@ use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFram
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
-use crate::timing::load_sharing::{LoadSchedule, share_load};
+use crate::timing::load_sharing::{FootWrench, LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
@@ -252,11 +252,12 @@ impl TimedRobot {
         }
     }
 
-    /// Writes the feed-forward torques of a waypoint, at `progress` (0 to 1) of its span.
+    /// Writes the feed-forward torques of a waypoint, at a part (0 to 1) of its span.
     pub(crate) fn write_torques(
         &self,
         span: &PathSpan,
-        (level, schedule, progress): (Level, &LoadSchedule, f64),
+        level: Level,
+        at: (&LoadSchedule, f64),
         waypoint: &mut Waypoint,
     ) {
         let dynamics = self.at_instant(waypoint);
@@ -264,7 +265,9 @@ impl TimedRobot {
         let GeneralizedForce { force, moment, torques } = &dynamics.standing;
         waypoint.torque = *torques;
         let about_world = *moment + dynamics.origin.cross(*force);
-        let wrenches = share_load(&support, (*force, about_world), schedule, progress);
+        let problem = self.problem(&dynamics, &support, level, 1.0);
+        let excess = |wrenches: &[FootWrench; 2]| problem.leg_load(DVec2::ZERO, wrenches);
+        let wrenches = share_load(&support, (*force, about_world), at, excess);
         for (foot, (force, moment)) in support.feet.iter().zip(&wrenches) {
             for &joint in &self.chains[foot.limb] {
                 waypoint.torque[joint] -=

@@ -24,6 +24,7 @@ class _Search:
     goal: tuple[float, float, float, float, float | None, float, float]
     seed: int
     threads: int
+    improve: int
 
 
 def plan(
@@ -35,6 +36,7 @@ def plan(
     seed: int = 1,
     threads: int | None = None,
     work_max: int | None = None,
+    improve: int = 0,
     parameters: ParameterTables | _native.Parameters | None = None,
 ) -> Plan:
     """Finds a whole-body walk in this process. Other Python threads run meanwhile.
@@ -43,7 +45,9 @@ def plan(
     ``start`` and ``goal`` are x, y, z (m) and maybe yaw (rad), or a :class:`Stance` and a
     :class:`Goal`. The same inputs and the same ``seed`` give the same plan, whatever the number of
     ``threads`` (by default one for each core). ``work_max`` bounds the search, in work units of
-    about ten microseconds. ``parameters`` are tables ``planner``, ``checker`` and ``execution``
+    about ten microseconds. ``improve`` work units after the first plan make other walks from it, and
+    the one that takes the least time is the plan; ``Plan.stats["improved"]`` says what they came
+    to. ``parameters`` are tables ``planner``, ``checker`` and ``execution``
     with the entries of a scenario file.
 
     Raises :class:`NoPlan` if the search ends without a plan, :class:`ParameterError`,
@@ -59,11 +63,16 @@ def plan(
         raise ParameterError(f"seed is {seed}; it is between 0 and {SEED_MAX}", parameter="seed")
     if threads is not None and threads < 1:
         raise ParameterError(f"threads is {threads}; at least 1", parameter="threads")
+    if not 0 <= improve <= SEED_MAX:
+        raise ParameterError(
+            f"improve is {improve}; it is between 0 and {SEED_MAX}", parameter="improve"
+        )
     search = _Search(
         stance_of(start)._numbers(),
         goal_of(goal)._all_numbers(),
         seed,
         threads or len(os.sched_getaffinity(0)),
+        improve,
     )
     robot = robot if isinstance(robot, Robot) else Robot(robot)
     world = world if isinstance(world, World) else World(world)

@@ -33,6 +33,8 @@ pub enum Shape {
     ConvexHull {
         /// At least four points that span a volume; interior points are allowed.
         points: Vec<DVec3>,
+        /// The mesh file of which it is the hull; `None` for points that are stated.
+        source: Option<MeshSource>,
     },
     /// A triangle mesh.
     Mesh {

@@ -25,6 +25,16 @@ const GRID_MAX: f64 = 5e-4;
 /// Corners of a face further off its plane leave open where its surface is, m.
 const OFF_PLANE_MAX: f64 = 1e-3;
 
+impl MeshSource {
+    /// The vertices of the file's triangles, scaled, as they are in the file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no mesh.
+    pub fn vertices(&self) -> Result<Vec<DVec3>, String> {
+        Ok(MeshStore::default().scaled(&self.path, self.scale)?.0)
+    }
+}
+
 /// Meshes by file, each read once, with the digests of all of them in the order of first use.
 #[derive(Debug, Default)]
 pub(crate) struct MeshStore {
@@ -58,7 +68,8 @@ impl MeshStore {
         let (vertices, _) = self.scaled(path, scale)?;
         let points = hull_points(vertices)
             .map_err(|message| format!("mesh {}: {message}", path.display()))?;
-        Ok(Shape::ConvexHull { points })
+        let source = Some(MeshSource { path: absolute(path), scale });
+        Ok(Shape::ConvexHull { points, source })
     }
 
     /// The files read so far, sorted.

@@ -314,7 +314,7 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
         Shape::Capsule { radius, half_length } => {
             ShapeBlock::Capsule { radius: *radius, length: 2.0 * half_length }
         }
-        Shape::ConvexHull { points } => ShapeBlock::Convex {
+        Shape::ConvexHull { points, .. } => ShapeBlock::Convex {
             points: Some(points.iter().map(|point| point.to_array()).collect()),
             path: None,
             scale: None,

@@ -181,7 +181,7 @@ pub(crate) fn solid(shape: &Shape) -> Option<SharedShape> {
             DVec3::Z * *half_length,
             *radius,
         )),
-        Shape::ConvexHull { points } => {
+        Shape::ConvexHull { points, .. } => {
             SharedShape::new(ConvexPolyhedron::from_convex_hull(points)?)
         }
         Shape::Mesh { vertices, triangles, .. } => {
@@ -257,7 +257,7 @@ mod tests {
     /// the standing posture it is in the middle.
     fn misleading_around(radius: f64, above: f64) -> Vec<LinkIndex> {
         let (vertices, triangles) = trough();
-        let hull = Shape::ConvexHull { points: vertices.clone() };
+        let hull = Shape::ConvexHull { points: vertices.clone(), source: None };
         let mut sphere = link(Some(1), Some(Shape::Sphere { radius }));
         sphere.shapes[0].link_from_shape =
             Pose::from_translation(DVec3::new(0.0, 0.0, 0.55 + above));

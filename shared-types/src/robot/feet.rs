@@ -4,7 +4,8 @@ use crate::base::closest::closest;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 
-use crate::robot::model::{Attachment, Foot, Link, LinkIndex, LinkShape, LockedJoint};
+use crate::robot::merge::{absorb, moved};
+use crate::robot::model::{Attachment, Foot, Link, LinkIndex, LockedJoint};
 use crate::robot::sole::check_sole;
 use crate::robot::spec::{FootSpec, RobotSpec};
 
@@ -15,21 +16,13 @@ pub(crate) struct FootParts {
 }
 
 impl FootParts {
-    /// Moves the shapes to the foot's link.
+    /// Makes the links one body with the foot's link, and leaves them as bare frames.
     pub(crate) fn join(&self, links: &mut [Link]) {
         for (part, foot_from_part) in &self.parts {
-            let shapes = std::mem::take(&mut links[*part].shapes);
-            links[self.foot].shapes.extend(moved(shapes, foot_from_part));
+            let body = links[*part].take_body();
+            absorb(&mut links[self.foot], body, foot_from_part);
         }
     }
-}
-
-fn moved(shapes: Vec<LinkShape>, foot_from_part: &Pose) -> impl Iterator<Item = LinkShape> {
-    let foot_from_part = *foot_from_part;
-    shapes.into_iter().map(move |part| LinkShape {
-        link_from_shape: foot_from_part * part.link_from_shape,
-        shape: part.shape,
-    })
 }
 
 /// The feet that a robot file describes, and those of several links.

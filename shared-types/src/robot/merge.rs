@@ -38,11 +38,8 @@ fn merge(robot: &mut RobotModel, may_go: impl Fn(&Link) -> bool) {
 }
 
 /// Adds the mass and shapes of a link that stands fixed at `parent_from_link`.
-fn absorb(parent: &mut Link, link: Link, parent_from_link: &Pose) {
-    parent.shapes.extend(link.shapes.into_iter().map(|part| LinkShape {
-        link_from_shape: *parent_from_link * part.link_from_shape,
-        shape: part.shape,
-    }));
+pub(crate) fn absorb(parent: &mut Link, link: Link, parent_from_link: &Pose) {
+    parent.shapes.extend(moved(link.shapes, parent_from_link));
     let mass = parent.mass + link.mass;
     if link.mass == 0.0 || mass == 0.0 {
         return;
@@ -54,6 +51,18 @@ fn absorb(parent: &mut Link, link: Link, parent_from_link: &Pose) {
     parent.inertia = moved_inertia(parent.inertia, parent.mass, parent.com - com)
         + moved_inertia(inertia, link.mass, link_com - com);
     (parent.mass, parent.com) = (mass, com);
+}
+
+/// The shapes of a link in the frame of its parent.
+pub(crate) fn moved(
+    shapes: Vec<LinkShape>,
+    parent_from_link: &Pose,
+) -> impl Iterator<Item = LinkShape> {
+    let parent_from_link = *parent_from_link;
+    shapes.into_iter().map(move |part| LinkShape {
+        link_from_shape: parent_from_link * part.link_from_shape,
+        shape: part.shape,
+    })
 }
 
 /// The inertia about a point from which the centre of mass is `away` (Steiner).

@@ -26,7 +26,9 @@ pub(crate) fn check_mesh_sizes(
     let length = skeleton_length(robot);
     for (link, node) in robot.links.iter().zip(tree) {
         let points = |shape: &Shape| match shape {
-            Shape::ConvexHull { points } | Shape::Mesh { vertices: points, .. } => extent(points),
+            Shape::ConvexHull { points, .. } | Shape::Mesh { vertices: points, .. } => {
+                extent(points)
+            }
             _ => 0.0,
         };
         let longest = link.shapes.iter().map(|part| points(&part.shape)).fold(0.0, f64::max);

@@ -71,6 +71,21 @@ pub struct Link {
     pub shapes: Vec<LinkShape>,
 }
 
+impl Link {
+    /// Takes the mass and the shapes, and leaves a bare frame.
+    pub(crate) fn take_body(&mut self) -> Self {
+        let frame = Self {
+            name: self.name.clone(),
+            parent: self.parent.clone(),
+            mass: 0.0,
+            com: DVec3::ZERO,
+            inertia: DMat3::ZERO,
+            shapes: Vec::new(),
+        };
+        std::mem::replace(self, frame)
+    }
+}
+
 /// The attachment of a link to its parent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attachment {

@@ -65,7 +65,7 @@ fn signed_distance(shape: &Shape, point: DVec3) -> Result<f64, String> {
             let along = (point.z.abs() - half_length).max(0.0);
             (radial * radial + along * along).sqrt() - radius
         }
-        Shape::ConvexHull { points } => {
+        Shape::ConvexHull { points, .. } => {
             let (corners, triangles) = hull_triangles(points)?;
             let height = triangles
                 .iter()

@@ -148,7 +148,7 @@ impl SurfacePoints {
                     }
                 }
             }
-            Shape::ConvexHull { points } | Shape::Mesh { vertices: points, .. } => {
+            Shape::ConvexHull { points, .. } | Shape::Mesh { vertices: points, .. } => {
                 self.points.extend(points.iter().map(|point| *from_shape * *point));
             }
         }

@@ -78,7 +78,7 @@ fn check_unit(block: &ShapeBlock, loaded: Option<&WorldShape>) -> Result<(), Str
     else {
         return Ok(());
     };
-    let Some(Shape::Mesh { vertices: points, .. } | Shape::ConvexHull { points }) =
+    let Some(Shape::Mesh { vertices: points, .. } | Shape::ConvexHull { points, .. }) =
         loaded.map(|shape| &shape.shape)
     else {
         return Ok(());

@@ -79,5 +79,5 @@ pub(crate) fn shape_from_block(
 fn hull_from_points(points: &[[f64; 3]]) -> Result<Shape, String> {
     check_numbers("points", points.as_flattened())?;
     let points = hull_points(points.iter().map(|point| DVec3::from_array(*point)).collect())?;
-    Ok(Shape::ConvexHull { points })
+    Ok(Shape::ConvexHull { points, source: None })
 }

@@ -52,6 +52,8 @@ pub(crate) struct PlanningTask {
     pub(crate) epoch: u64,
     /// The method that searches, with its parameters.
     pub(crate) method: (Method, MethodParameters),
+    /// Work units that improve each plan.
+    pub(crate) improve: u64,
 }
 
 impl PlanningTask {
@@ -68,6 +70,7 @@ impl PlanningTask {
             plan_id: 1,
             epoch: 0,
             method: (Method::Rpg, MethodParameters::default()),
+            improve: 0,
         }
     }
 
@@ -163,6 +166,7 @@ impl PlanningTask {
         let mut builder = Planner::builder(model, &self.world, &self.scenario, preparation)
             .threads(threads)
             .method(self.method.0, self.method.1)
+            .improve(self.improve)
             .plan_name(self.plan_id, self.epoch);
         if let Some(rest_state) = &self.rest_state {
             builder = builder.start_in(rest_state).retrace(&self.walked, self.retrace_depth);

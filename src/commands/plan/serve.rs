@@ -207,6 +207,7 @@ impl Server<'_> {
         match self.task_of(&request, kind)? {
             Ok(task) => {
                 (self.task, self.replans) = (task, 0);
+                self.task.improve = self.arguments.search.improve;
                 Ok(Event::Requested)
             }
             Err(end) => Ok(self.finish_as(end)),

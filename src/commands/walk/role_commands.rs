@@ -70,6 +70,7 @@ impl RoleCommands<'_> {
         let threads = search.threads();
         let mut command = self.command("plan", Role::Planner, cores_of_roles(threads).0)?;
         command.arg("--threads").arg(threads.to_string());
+        command.arg("--improve").arg(search.improve.to_string());
         command.arg("--replans-max").arg(search.replans_max.to_string());
         if search.lock_memory {
             command.arg("--lock-memory");

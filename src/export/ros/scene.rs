@@ -149,7 +149,7 @@ fn parts(shape: &WorldShape) -> Result<Vec<Part>, ExportError> {
             let ends = [-half_length, *half_length].map(|height| ball(*radius, height));
             ends.into_iter().chain([cylinder(*radius, *half_length)]).collect()
         }
-        Shape::ConvexHull { points } => {
+        Shape::ConvexHull { points, .. } => {
             let (vertices, faces) = try_convex_hull(points).map_err(|error| {
                 ExportError::writer("mcap", format!("shape '{}': {error}", shape.name))
             })?;
