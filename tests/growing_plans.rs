@@ -30,7 +30,7 @@ use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST}
 use surefoot_shared_types::message::{Check, Margins, PlanChunk, Waypoint};
 
 /// Longest time of a delivery before its test fails.
-const PATIENCE: Duration = Duration::from_secs(60);
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
 
 /// A plan of `len` chunks.
 fn plan(len: u64) -> Vec<PlanChunk> {
@@ -100,9 +100,9 @@ fn deliver(
                 ChunkDecision::Accepted(Margins::UNMEASURED, chunk.stream_after())
             };
             let begun = Instant::now();
-            let keep_going = || begun.elapsed() < PATIENCE;
+            let keep_going = || begun.elapsed() < LONGEST_WAIT;
             let ended = subscriber.run(&mut check, &keep_going).unwrap();
-            let _ = subscriber.linger(&mut check, Some(PATIENCE), &keep_going).unwrap();
+            let _ = subscriber.linger(&mut check, Some(LONGEST_WAIT), &keep_going).unwrap();
             (ended, seen)
         });
         let accepted = Cell::new(0);
@@ -112,7 +112,7 @@ fn deliver(
         let delivery = publisher.deliver_from(
             &mut source,
             &mut |feedback| accepted.set(feedback.next_sequence),
-            &|| begun.elapsed() < PATIENCE,
+            &|| begun.elapsed() < LONGEST_WAIT,
         );
         drop(publisher);
         let (ended, seen) = controller.join().unwrap();
@@ -163,7 +163,7 @@ fn planner_of(walk: u32) -> Option<libc::pid_t> {
 fn wait_for_first_chunk(name: &str) {
     let begun = Instant::now();
     let mut observer = None;
-    while begun.elapsed() < PATIENCE {
+    while begun.elapsed() < LONGEST_WAIT {
         std::thread::sleep(Duration::from_millis(1));
         let Some(observer) = &observer else {
             observer = Instance::attach(name).ok().and_then(|it| Observer::open(&it).ok());

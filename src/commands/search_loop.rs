@@ -144,7 +144,7 @@ impl SearchLoop {
         Ok(None)
     }
 
-    /// What a search that is given up has found so far.
+    /// What a search that is stopped has found so far.
     pub fn interrupted(&self, planner: &Planner) -> Planned {
         self.planned(planner, None)
     }

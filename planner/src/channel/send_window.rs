@@ -28,7 +28,7 @@ use crate::channel::tuning::{
 pub enum DeliveryOutcome {
     /// The controller accepted every chunk of a complete stream.
     Accepted,
-    /// The controller accepted every chunk, and there is none that ends the stream: the robot
+    /// The controller accepted every chunk, but no chunk ends the stream: the robot
     /// stands where it stops in the last one.
     Incomplete,
     /// The controller refused a chunk and stops at the end of the one before.

@@ -318,6 +318,10 @@ impl Planner {
             self.search.route.leave_out_necessary();
             self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_necessary);
         }
+        if resort == Resort::LeaningRoot {
+            self.search.route.leave_out_leaning();
+            self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_leaning);
+        }
     }
 
     /// The statistics of the search.

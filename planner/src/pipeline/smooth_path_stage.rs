@@ -61,9 +61,9 @@ impl SmoothPathStage {
         }
         let work_left = (inputs.plan.nodes.len() + roadmap.waypoints_len()) as u64;
         let (begin, smoothed_until) = (stats.work, limits.work_max.saturating_sub(work_left));
-        let settled = smoother.path().spans.len();
+        let final_spans = smoother.path().spans.len();
         let is_paused =
-            |smoother: &Smoother| smoother.is_over() || smoother.path().spans.len() > settled;
+            |smoother: &Smoother| smoother.is_over() || smoother.path().spans.len() > final_spans;
         while !is_paused(smoother) && stats.work - begin < budget {
             if smoother.is_blocked() {
                 return Ok(Event::Blocked);

@@ -1,6 +1,6 @@
 //! Makes the smooth path of a plan: checks the phases in order, varies the stances around those
 //! that fail, leaves the rest to the searched motion, and writes points and spans. What the next
-//! phases cannot change any more is settled, so that it can be timed while they are made.
+//! phases cannot change any more is final, so that it can be timed while they are made.
 
 use std::ops::Range;
 
@@ -55,7 +55,7 @@ enum Task {
     Repeat { phase: usize },
     /// The points of a searched motion from waypoint `next` on.
     WriteSearched { phase: usize, next: usize },
-    /// Nothing: a phase can only go on from settled ones that would have to change.
+    /// Nothing: a phase can only go on from final ones that would have to change.
     Blocked,
     /// Nothing: the path is complete.
     Over,
@@ -103,7 +103,7 @@ impl Smoother {
 
     /// The part of the path that does not change any more; once the path is complete all of it.
     pub fn path(&self) -> Path<'_> {
-        self.path.settled()
+        self.path.final_part()
     }
 
     /// Number of phases that keep the searched motion, or follow it from rest to rest.
@@ -149,7 +149,7 @@ impl Smoother {
         self.task == Task::Over
     }
 
-    /// Whether no path continues the settled part.
+    /// Whether no path continues the final part.
     pub fn is_blocked(&self) -> bool {
         self.task == Task::Blocked
     }
@@ -188,9 +188,9 @@ impl Smoother {
         Ok(None)
     }
 
-    /// Leaves all phases to the searched motion, unless some are settled.
+    /// Leaves all phases to the searched motion, unless some are final.
     pub fn abandon(&mut self) {
-        if self.path.settled_phases() > 0 || self.is_over() || self.is_searched() {
+        if self.path.final_phases() > 0 || self.is_over() || self.is_searched() {
             return;
         }
         self.states.fill(PhaseState::Searched);
@@ -209,7 +209,7 @@ impl Smoother {
     fn choose(&mut self, inputs: &SmoothingInputs<'_>) {
         let phase = self.path.phases();
         if phase == self.states.len() {
-            self.path.settle(phase);
+            self.path.finalize(phase);
             self.task = Task::Over;
             return;
         }
@@ -353,7 +353,7 @@ impl Smoother {
     }
 
     /// Leaves a phase to the searched motion: the robot rests at both ends. Where that would change
-    /// settled phases, the path is blocked.
+    /// final phases, the path is blocked.
     fn keep_searched(&mut self, inputs: &SmoothingInputs<'_>, phase: usize) {
         let near = (phase / 2).saturating_sub(1)..(phase / 2 + 1).min(self.layout.swings_len());
         if !near.clone().all(|swing| self.may_change(swing)) {
@@ -377,9 +377,9 @@ impl Smoother {
         Some(if self.states[before] == PhaseState::Smooth { before } else { changed })
     }
 
-    /// Whether a stance may change: it changes no settled phase.
+    /// Whether a stance may change: it changes no final phase.
     fn may_change(&self, swing: usize) -> bool {
-        self.first_changed(swing).is_none_or(|phase| phase >= self.path.settled_phases())
+        self.first_changed(swing).is_none_or(|phase| phase >= self.path.final_phases())
     }
 
     /// Makes the keys of a stance anew, and opens the phases that they change.
@@ -439,9 +439,9 @@ impl Smoother {
         Ok(())
     }
 
-    /// Goes on after a phase that is written, and settles those that the next ones cannot change.
+    /// Goes on after a phase that is written, and finalizes those that the next ones cannot change.
     fn end_phase(&mut self) {
-        self.path.settle(self.path.phases().saturating_sub(OPEN_PHASES));
+        self.path.finalize(self.path.phases().saturating_sub(OPEN_PHASES));
         self.task = Task::Choose;
     }
 

@@ -1,4 +1,4 @@
-//! The points and spans of a smooth path, phase by phase. Phases that are settled do not change any
+//! The points and spans of a smooth path, phase by phase. Final phases do not change any
 //! more.
 
 use crate::base::arena::reserve;
@@ -13,7 +13,7 @@ pub(crate) struct WrittenPath {
     /// Number of points and of spans before each written phase.
     begins: Vec<[usize; 2]>,
     /// Number of phases that do not change any more, and of their spans.
-    settled: [usize; 2],
+    finals: [usize; 2],
 }
 
 impl WrittenPath {
@@ -23,7 +23,7 @@ impl WrittenPath {
             points: reserve(points_max),
             spans: reserve(points_max / 2),
             begins: reserve(phases_max),
-            settled: [0; 2],
+            finals: [0; 2],
         }
     }
 
@@ -32,17 +32,17 @@ impl WrittenPath {
         self.points.clear();
         self.spans.clear();
         self.begins.clear();
-        self.settled = [0; 2];
+        self.finals = [0; 2];
     }
 
-    /// The settled part of the path.
-    pub fn settled(&self) -> Path<'_> {
-        Path { points: &self.points, spans: &self.spans[..self.settled[1]] }
+    /// The final part of the path.
+    pub fn final_part(&self) -> Path<'_> {
+        Path { points: &self.points, spans: &self.spans[..self.finals[1]] }
     }
 
-    /// Number of settled phases.
-    pub fn settled_phases(&self) -> usize {
-        self.settled[0]
+    /// Number of final phases.
+    pub fn final_phases(&self) -> usize {
+        self.finals[0]
     }
 
     /// Number of written phases. The last one may be incomplete.
@@ -70,9 +70,9 @@ impl WrittenPath {
         self.begins.push([self.points.len(), self.spans.len()]);
     }
 
-    /// Withdraws the phases from `phase` on, none of which is settled.
+    /// Withdraws the phases from `phase` on, none of which is final.
     pub fn withdraw(&mut self, phase: usize) {
-        debug_assert!(phase >= self.settled[0]);
+        debug_assert!(phase >= self.finals[0]);
         if let Some(&[points, spans]) = self.begins.get(phase) {
             self.points.truncate(points);
             self.spans.truncate(spans);
@@ -81,10 +81,10 @@ impl WrittenPath {
     }
 
     /// The first phases, which are complete, do not change any more.
-    pub fn settle(&mut self, phases: usize) {
-        if phases > self.settled[0] {
+    pub fn finalize(&mut self, phases: usize) {
+        if phases > self.finals[0] {
             let spans = self.begins.get(phases).map_or(self.spans.len(), |[_, spans]| *spans);
-            self.settled = [phases, spans];
+            self.finals = [phases, spans];
         }
     }
 
@@ -146,19 +146,19 @@ mod tests {
     }
 
     #[test]
-    fn settled_phases_stay_and_the_others_can_be_withdrawn() {
+    fn final_phases_stay_and_the_others_can_be_withdrawn() {
         let mut path = WrittenPath::new(8, 8);
         path.begin();
         (0..4).for_each(|phase| write_phase(&mut path, f64::from(phase)));
-        assert_eq!(path.settled().spans.len(), 0);
-        path.settle(2);
-        assert_eq!((path.settled().spans.len(), path.settled_phases()), (2, 2));
+        assert_eq!(path.final_part().spans.len(), 0);
+        path.finalize(2);
+        assert_eq!((path.final_part().spans.len(), path.final_phases()), (2, 2));
         path.withdraw(3);
         assert_eq!((path.phases(), path.points_len(), path.last_parameter()), (3, 3, 2.0));
-        path.settle(1);
-        assert_eq!(path.settled_phases(), 2, "a settled phase stays so");
-        path.settle(3);
-        assert_eq!(path.settled().spans.len(), 3);
+        path.finalize(1);
+        assert_eq!(path.final_phases(), 2, "a final phase stays so");
+        path.finalize(3);
+        assert_eq!(path.final_part().spans.len(), 3);
     }
 
     #[test]
