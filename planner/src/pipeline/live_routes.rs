@@ -80,6 +80,11 @@ impl LiveRoutes {
         self.others.iter_mut().map(|other| &mut other.search)
     }
 
+    /// Whether there may be a route beside the current one.
+    pub fn has_others(&self) -> bool {
+        !self.others.is_empty()
+    }
+
     /// Counts work of stage M.
     pub fn count_work(&mut self, spent: u64) {
         if self.growing().is_some() {

@@ -18,6 +18,10 @@ use crate::preparation::planning_context::PlanningContext;
 /// C_N alone, the relaxed problem is tried.
 const WORK_BEFORE_RELAXATION: u64 = 1_500;
 
+/// Of so many routes the first is replaced by one along which the root leans, where its trunk is
+/// not free.
+const LEANING_EVERY: u64 = 4;
+
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
 /// must crouch, also chooses how far at each vertex. Gamma_P and the route stand in [`Search`].
 #[derive(Debug)]
@@ -262,10 +266,12 @@ fn is_doubtful(search: &Search) -> bool {
     search.stats.routes == 0 && search.route.condition() == RouteCondition::Necessary
 }
 
-/// Whether a route is to be searched along which the root leans: for every other route that is no
-/// detour.
+/// Whether a route is to be searched along which the root leans: for the first of every few routes
+/// that are no detours, unless there may be another upright route beside it.
 fn is_leaning_due(search: &Search) -> bool {
-    !search.segmentation.has_detour() && search.stats.routes % 2 == 1
+    !search.segmentation.has_detour()
+        && !search.guide.live.has_others()
+        && search.stats.routes % LEANING_EVERY == 1
 }
 
 /// Prepares the other stages for a route that was found. Sweeps visit the vertices with placements

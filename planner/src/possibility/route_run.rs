@@ -129,13 +129,15 @@ impl Run {
 
     /// The condition that follows where no route meets the current one; none if it is the last.
     /// The first search fails without C_N alone: a straight line is tried first. A detour fails
-    /// without it too: another route is cheaper.
+    /// without it too: another route is cheaper. The root leans if the first search has shown that
+    /// no upright route is free, or a route that its trunk is not.
     pub fn next_condition(&self, is_detour: bool, may_lean: bool) -> Option<RouteCondition> {
-        let LaterConditions { has_necessary, has_leaning, leans_only, .. } = self.later;
+        let LaterConditions { has_necessary, has_leaning, has_leant, leans_only } = self.later;
+        let may_lean = may_lean && has_leaning && (has_leant || self.generation == 0);
         let may_be_necessary = self.generation > 0 && !is_detour && has_necessary && !leans_only;
         match self.condition {
             RouteCondition::UpperBody => Some(RouteCondition::Root),
-            RouteCondition::Root if has_leaning && may_lean => Some(RouteCondition::Leaning),
+            RouteCondition::Root if may_lean => Some(RouteCondition::Leaning),
             RouteCondition::Root | RouteCondition::Leaning if may_be_necessary => {
                 Some(RouteCondition::Necessary)
             }

@@ -25,8 +25,8 @@ use crate::possibility::route_run::{Activity, Detour, Join, Joins, Progress, Run
 use crate::possibility::route_shortcuts::RouteShortcuts;
 use crate::possibility::tree::{Vertex, push_branch};
 use crate::possibility::tuning::{
-    BACKWARD_EVERY, BRANCHES_MAX, LEANING_SPACING_SHARE, PARALLEL_BRANCHES_MIN, SAMPLES_PER_BRANCH,
-    UPRIGHT_EVERY,
+    BACKWARD_EVERY, BRANCHES_MAX, LEANING_EVERY, LEANING_SPACING_SHARE, PARALLEL_BRANCHES_MIN,
+    SAMPLES_PER_BRANCH,
 };
 use crate::possibility::vertex_candidates::StageContext;
 use crate::possibility::vertex_sampling::{BACKWARD, SampleRequest, sample, samples_max};
@@ -194,7 +194,7 @@ impl RouteSearch {
         self.run.generation += 1;
         self.run.restarts += 1;
         self.begin(self.endpoints);
-        if self.run.later.has_leant && !self.run.restarts.is_multiple_of(UPRIGHT_EVERY) {
+        if self.run.later.has_leant && self.run.restarts.is_multiple_of(LEANING_EVERY) {
             self.lean();
         }
     }

@@ -70,8 +70,8 @@ pub(crate) const POSTURES_PER_VERTEX: usize = 48;
 pub(crate) const POSTURE_CHANGE_COST: f64 = 0.5;
 /// Passes over a route that reduce the lean at each vertex.
 pub(crate) const LEAN_PASSES: usize = 3;
-/// Once a world has asked for leaning, one of this many other routes is tried upright first.
-pub(crate) const UPRIGHT_EVERY: u64 = 3;
+/// Once a world has asked for leaning, one of this many other routes begins with it.
+pub(crate) const LEANING_EVERY: u64 = 3;
 /// Longest distance between two tests of the root along an edge, m.
 pub(crate) const ROOT_TEST_STEP: f64 = 0.06;
 /// Largest turn of the root between two tests along an edge, rad.
