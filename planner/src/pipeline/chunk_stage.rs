@@ -14,7 +14,6 @@ use crate::pipeline::timed_chunks::{Progress, TimedChunks};
 use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
 use crate::preparation::planning_context::PlanningContext;
 use crate::timing::limit::BindingTimes;
-use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
 
 /// Pieces of a plan that are timed at once where none of them is needed early.

@@ -14,6 +14,8 @@ use crate::timing::path_point::Path;
 pub(crate) struct SmoothPathStage {
     /// The path; none where plans keep the searched motion.
     smoother: Option<Smoother>,
+    /// Whether its first part is needed before the last one is made.
+    in_parts: bool,
     has_begun: bool,
 }
 
@@ -28,9 +30,11 @@ pub(crate) struct SmoothPath<'a> {
 
 impl SmoothPathStage {
     /// Reserves memory for plans of `edges_max` edges and paths of `points_max` points, if plans
-    /// are smoothed.
-    pub fn new(is_smooth: bool, edges_max: usize, points_max: usize) -> Self {
-        Self { smoother: is_smooth.then(|| Smoother::new(edges_max, points_max)), has_begun: false }
+    /// are smoothed. `in_parts`: whether the first part of a path is needed before the last one is
+    /// made.
+    pub fn new(is_smooth: bool, in_parts: bool, edges_max: usize, points_max: usize) -> Self {
+        let smoother = is_smooth.then(|| Smoother::new(edges_max, points_max));
+        Self { smoother, in_parts, has_begun: false }
     }
 
     /// Makes configurations within `budget` units of work, until another span does not change any
@@ -52,17 +56,16 @@ impl SmoothPathStage {
             leg_extension: context.preparation.gait().leg_extension,
         };
         if !self.has_begun {
-            smoother.begin(&inputs);
+            smoother.begin(&inputs, self.in_parts);
             self.has_begun = true;
         }
         let work_left = (inputs.plan.nodes.len() + roadmap.waypoints_len()) as u64;
         let (begin, smoothed_until) = (stats.work, limits.work_max.saturating_sub(work_left));
         let final_spans = smoother.path().spans.len();
-        while smoother.path().spans.len() == final_spans && stats.work - begin < budget {
-            if smoother.is_over() {
-                stats.searched_phases = smoother.searched_phases();
-                return Ok(Event::Done);
-            }
+        while !smoother.is_over()
+            && smoother.path().spans.len() == final_spans
+            && stats.work - begin < budget
+        {
             if smoother.is_blocked() {
                 search.outcome = Some(Outcome::NoContinuation);
                 return Ok(Event::Blocked);
@@ -74,6 +77,11 @@ impl SmoothPathStage {
                 stats.rejections[rejection as usize] += 1;
             }
             stats.work += 1;
+        }
+        if smoother.is_over() {
+            stats.searched_phases = smoother.searched_phases();
+            self.has_begun = false;
+            return Ok(Event::Done);
         }
         let has_grown = smoother.path().spans.len() > final_spans;
         Ok(if has_grown { Event::Done } else { Event::Continue })

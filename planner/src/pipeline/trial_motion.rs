@@ -2,7 +2,6 @@
 
 use crate::base::capacity::ArenaFull;
 use crate::smooth_path::smoother::{Smoother, SmoothingInputs};
-use crate::timing::path_point::Path;
 use crate::timing::path_timing::PathTiming;
 
 /// Most edges of such a part.
@@ -102,7 +101,7 @@ impl TrialMotion {
         match self.task {
             Task::Begin if inputs.plan.nodes.len() > EDGES_MAX => Ok((1, Trial::Rejected)),
             Task::Begin => {
-                self.smoother.begin(inputs);
+                self.smoother.begin(inputs, false);
                 (self.task, self.smoothing_work) = (Task::Smooth, 0);
                 Ok((0, Trial::Running))
             }
@@ -138,7 +137,7 @@ impl TrialMotion {
     }
 
     fn add_span(&mut self) -> Result<(u64, Trial), ArenaFull> {
-        let path = path_of(&self.smoother);
+        let path = self.smoother.path();
         match path.spans.get(self.timing.spans()) {
             Some(span) => {
                 let points = (span.last - span.first + 1) as u64;
@@ -153,7 +152,7 @@ impl TrialMotion {
     }
 
     fn time(&mut self, known: &TrialFacts) -> (u64, Trial) {
-        let path = path_of(&self.smoother);
+        let path = self.smoother.path();
         let points = path.points.len() as u64;
         let Some(last) = self.timing.spans().checked_sub(1) else { return (1, Trial::Rejected) };
         let fastest = self.timing.fastest_seconds();
@@ -173,8 +172,4 @@ impl TrialMotion {
         };
         (UNITS_PER_POINT * points, trial)
     }
-}
-
-fn path_of(smoother: &Smoother) -> Path<'_> {
-    Path { points: smoother.points(), spans: smoother.spans() }
 }
