@@ -218,6 +218,7 @@ impl<'a> PlannerBuilder<'a> {
             shortcuts: ShortcutStage::new(edges_max),
             smooth_path: SmoothPathStage::new(
                 self.scenario.execution.motion == MotionKind::Smooth,
+                self.improvement_work == 0,
                 edges_max,
                 config.waypoints_max as usize,
             ),

@@ -13,6 +13,8 @@ use crate::timing::path_point::Path;
 pub(crate) struct SmoothPathStage {
     /// The path; none where plans keep the searched motion.
     smoother: Option<Smoother>,
+    /// Whether its first part is needed before the last one is made.
+    in_parts: bool,
     has_begun: bool,
 }
 
@@ -27,9 +29,11 @@ pub(crate) struct SmoothPath<'a> {
 
 impl SmoothPathStage {
     /// Reserves memory for plans of `edges_max` edges and paths of `points_max` points, if plans
-    /// are smoothed.
-    pub fn new(is_smooth: bool, edges_max: usize, points_max: usize) -> Self {
-        Self { smoother: is_smooth.then(|| Smoother::new(edges_max, points_max)), has_begun: false }
+    /// are smoothed. `in_parts`: whether the first part of a path is needed before the last one is
+    /// made.
+    pub fn new(is_smooth: bool, in_parts: bool, edges_max: usize, points_max: usize) -> Self {
+        let smoother = is_smooth.then(|| Smoother::new(edges_max, points_max));
+        Self { smoother, in_parts, has_begun: false }
     }
 
     /// Begins the path of another plan with the next step.
@@ -56,7 +60,7 @@ impl SmoothPathStage {
             leg_extension: context.preparation.gait().leg_extension,
         };
         if !self.has_begun {
-            smoother.begin(&inputs);
+            smoother.begin(&inputs, self.in_parts);
             self.has_begun = true;
         }
         let work_left = (inputs.plan.nodes.len() + roadmap.waypoints_len()) as u64;

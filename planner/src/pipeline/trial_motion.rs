@@ -101,7 +101,7 @@ impl TrialMotion {
         match self.task {
             Task::Begin if inputs.plan.nodes.len() > EDGES_MAX => Ok((1, Trial::Rejected)),
             Task::Begin => {
-                self.smoother.begin(inputs);
+                self.smoother.begin(inputs, false);
                 (self.task, self.smoothing_work) = (Task::Smooth, 0);
                 Ok((0, Trial::Running))
             }

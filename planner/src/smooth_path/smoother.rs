@@ -84,6 +84,8 @@ pub struct Smoother {
     check: PhaseCheck,
     followed: FollowedMotion,
     path: WrittenPath,
+    /// Phases before the first one that is not written that may still change.
+    open_phases: usize,
 }
 
 impl Smoother {
@@ -98,6 +100,7 @@ impl Smoother {
             check: PhaseCheck::new(),
             followed: FollowedMotion::new(),
             path: WrittenPath::new(2 * edges_max + 1, points_max),
+            open_phases: usize::MAX,
         }
     }
 
@@ -124,8 +127,10 @@ impl Smoother {
             + self.refinements.capacity()
     }
 
-    /// Begins with a plan.
-    pub fn begin(&mut self, inputs: &SmoothingInputs<'_>) {
+    /// Begins with a plan. If `in_parts`, the first phases are final before the last ones are made;
+    /// only then the path may be blocked.
+    pub fn begin(&mut self, inputs: &SmoothingInputs<'_>, in_parts: bool) {
+        self.open_phases = if in_parts { OPEN_PHASES } else { usize::MAX };
         self.layout.read(&inputs.plan);
         source(inputs, &self.layout).begin(&mut self.curve);
         self.states.clear();
@@ -441,7 +446,7 @@ impl Smoother {
 
     /// Goes on after a phase that is written, and finalizes those that the next ones cannot change.
     fn end_phase(&mut self) {
-        self.path.finalize(self.path.phases().saturating_sub(OPEN_PHASES));
+        self.path.finalize(self.path.phases().saturating_sub(self.open_phases));
         self.task = Task::Choose;
     }
 
