@@ -291,7 +291,7 @@ fn steps_reports_times_and_units_of_every_stage() {
         "{row}"
     );
     let stages = row["stages"].as_array().unwrap();
-    assert_eq!(stages.len(), 10);
+    assert_eq!(stages.len(), 11);
     assert!(
         stages.iter().all(|stage| stage["longest_seconds"].as_f64() <= stage["seconds"].as_f64())
     );

@@ -118,7 +118,8 @@ impl SearchLoop {
         }
     }
 
-    /// Advances the search by `work` units. Returns its result once it has ended.
+    /// Advances the search by `work` units, at first no further than to its first final chunk.
+    /// Returns its result once it has ended.
     ///
     /// # Errors
     /// Reporting fails.
@@ -129,7 +130,11 @@ impl SearchLoop {
         emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
     ) -> Result<Option<Planned>, CommandError> {
         let before = allocations::count();
-        let status = planner.step_while(work, &liveness::keep_going);
+        let status = if self.first_chunk.is_none() {
+            planner.step_to_first_chunk(work, &liveness::keep_going)
+        } else {
+            planner.step_while(work, &liveness::keep_going)
+        };
         self.allocations += allocations::count() - before;
         if self.first_chunk.is_none() && !planner.final_chunks().is_empty() {
             self.first_chunk = Some(self.watch.seconds());

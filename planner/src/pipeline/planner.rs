@@ -150,24 +150,58 @@ impl Stages {
     }
 }
 
+/// Where a search pauses before its work is spent.
+#[derive(Debug, Clone, Copy)]
+enum Pause {
+    Never,
+    /// Where the first chunk is final.
+    FirstChunk,
+    /// Where the work counts for another category than this one.
+    Category(Option<WorkCategory>),
+}
+
 impl Planner {
-    /// Advances the search by at most `work` units, to its first final chunk, or to its end.
+    /// Advances the search by at most `work` units, or to its end.
     pub fn step(&mut self, work: u64) -> Status {
         self.step_while(work, &|| true)
     }
 
-    /// Like [`Planner::step`], or until `may_continue` returns `false`: it is called now and then,
-    /// for example to react to a signal. It has no influence on the plan.
+    /// Advances the search by at most `work` units, or until `may_continue` returns `false`: it is
+    /// called now and then, for example to react to a signal. It has no influence on the plan.
     pub fn step_while(&mut self, work: u64, may_continue: &(dyn Fn() -> bool + Sync)) -> Status {
+        self.step_to(Pause::Never, work, may_continue)
+    }
+
+    /// Like [`Planner::step_while`], and no further than to the first final chunk.
+    pub fn step_to_first_chunk(
+        &mut self,
+        work: u64,
+        may_continue: &(dyn Fn() -> bool + Sync),
+    ) -> Status {
+        self.step_to(Pause::FirstChunk, work, may_continue)
+    }
+
+    /// Advances the search by at most `work` units, or until its work counts for another category:
+    /// for measurements.
+    pub fn step_category(&mut self, work: u64) -> Status {
+        let pause = Pause::Category(self.stage.category());
+        self.in_pool(|planner| planner.advance(pause, work))
+    }
+
+    fn step_to(
+        &mut self,
+        pause: Pause,
+        work: u64,
+        may_continue: &(dyn Fn() -> bool + Sync),
+    ) -> Status {
         let until = self.search.stats.work.saturating_add(work);
-        let had_chunk = self.has_final_chunk();
         self.in_pool(|planner| {
             loop {
                 let left = until - planner.search.stats.work;
-                let status = planner.advance(left.min(WORK_PER_CALL), None);
+                let status = planner.advance(pause, left.min(WORK_PER_CALL));
                 if status != Status::Working
                     || planner.search.stats.work >= until
-                    || planner.has_final_chunk() != had_chunk
+                    || planner.is_at(pause)
                     || !may_continue()
                 {
                     return status;
@@ -176,32 +210,23 @@ impl Planner {
         })
     }
 
-    /// Advances the search by at most `work` units, or until its work counts for another category:
-    /// for measurements.
-    pub fn step_category(&mut self, work: u64) -> Status {
-        let category = self.stage.category();
-        self.in_pool(|planner| planner.advance(work, category))
-    }
-
     fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status) -> Status {
         let threads = self.context.threads.clone();
         threads.run(|| advance(self))
     }
 
-    fn has_final_chunk(&self) -> bool {
-        !self.final_chunks().is_empty()
+    fn is_at(&self, pause: Pause) -> bool {
+        match pause {
+            Pause::Never => false,
+            Pause::FirstChunk => !self.final_chunks().is_empty(),
+            Pause::Category(category) => category.is_some() && category != self.stage.category(),
+        }
     }
 
-    /// Advances by at most `work` units, or to the first final chunk; with a category, only as long
-    /// as the work counts for it.
-    fn advance(&mut self, work: u64, only: Option<WorkCategory>) -> Status {
+    /// Advances by at most `work` units, or to the pause.
+    fn advance(&mut self, pause: Pause, work: u64) -> Status {
         let until = self.search.stats.work.saturating_add(work).min(self.search.limits.work_max);
-        let had_chunk = self.has_final_chunk();
-        while self.search.stats.work < until
-            && (only.is_none() || only == self.stage.category())
-            && self.has_final_chunk() == had_chunk
-            && self.stage != Stage::Over
-        {
+        while self.search.stats.work < until && !self.is_at(pause) && self.stage != Stage::Over {
             self.step_stage(until - self.search.stats.work);
             while matches!(self.stage, Stage::Segments | Stage::Recovery) {
                 self.step_stage(0);
