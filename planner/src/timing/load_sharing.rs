@@ -4,8 +4,9 @@
 //! from the centres of their soles, which is that of the whole pressure from the point at `l`
 //! between them. For equal parallel soles that reaches every wrench of both. `l` follows a schedule
 //! so that a foot lands and leaves without load, within the shares for which both centres of
-//! pressure stay inside and both legs bear their load. All of it is continuous in time where these
-//! are an interval.
+//! pressure stay inside and both legs bear their load. Where no share keeps one offset inside both
+//! soles, as where the world supports a part of one, the feet exchange moments until each centre of
+//! pressure is inside its own. All of it is continuous in time where the shares are an interval.
 
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
@@ -67,16 +68,21 @@ pub fn share_load(
         let about = |foot: &FootSupport| moment - foot.center.cross(force);
         return support.feet.iter().map(|foot| (force, about(foot))).collect();
     };
-    let shared = SharedLoad::new([first, second], (force, moment));
+    let feet = [first, second];
+    let shared = SharedLoad::new(feet, (force, moment));
     let (low, high) = shared.range;
     let wanted = schedule.share(progress, shared.balanced);
-    let share = if low <= high {
+    let wrenches = if low <= high {
         let excess_at = |share: f64| excess(&shared.split(share));
-        nearest_borne(wanted.clamp(low, high), shared.range, excess_at)
+        shared.split(nearest_borne(wanted.clamp(low, high), shared.range, excess_at))
     } else {
-        shared.balanced
+        let excess_at = |share: f64| {
+            let (wrenches, beyond) = shared.split_within(feet, share);
+            excess(&wrenches) + beyond / BEYOND_UNIT
+        };
+        shared.split_within(feet, nearest_borne(wanted, (0.0, 1.0), excess_at)).0
     };
-    shared.split(share).into_iter().collect()
+    wrenches.into_iter().collect()
 }
 
 /// The share nearest to `wanted` within a range whose excess is at most 1; the one with the least
@@ -148,6 +154,49 @@ impl SharedLoad {
         [1.0 - share, share].map(|part| (self.force * part, moment * part))
     }
 }
+
+impl SharedLoad {
+    /// The wrenches of both feet at a share of the second one, each centre of pressure moved into
+    /// its sole; and how far (m) one of them is beyond it even so.
+    fn split_within(&self, feet: [&FootSupport; 2], share: f64) -> ([FootWrench; 2], f64) {
+        let mut wrenches = self.split(share);
+        for round in 0..EXCHANGES {
+            let at = round % 2;
+            let (force, moment) = wrenches[at];
+            let offset = pressure_offset(feet[at], force, moment);
+            let change = nearest_within(feet[at], offset) - offset;
+            let press = (feet[at].axes.transpose() * force).z;
+            let given = feet[at].axes * DVec3::new(change.y * press, -change.x * press, 0.0);
+            wrenches[at].1 += given;
+            wrenches[1 - at].1 -= given;
+        }
+        let beyond = |(foot, (force, moment)): (&FootSupport, FootWrench)| {
+            let offset = pressure_offset(foot, force, moment);
+            offset.distance(nearest_within(foot, offset))
+        };
+        let most = feet.into_iter().zip(wrenches).map(beyond).fold(0.0, f64::max);
+        (wrenches, if most > BEYOND_MIN { most } else { 0.0 })
+    }
+}
+
+/// The offset within a sole that is nearest to another one, or near to it at a corner.
+fn nearest_within(foot: &FootSupport, mut offset: DVec2) -> DVec2 {
+    for _ in 0..SIDE_ROUNDS {
+        for (normal, side) in outward_sides(&foot.polygon) {
+            offset -= normal * (normal.dot(offset) - side).max(0.0);
+        }
+    }
+    offset
+}
+
+/// How often the feet exchange moments, at most.
+const EXCHANGES: usize = 12;
+/// Rounds along the sides of a sole in which a point is moved inside.
+const SIDE_ROUNDS: usize = 3;
+/// Distance (m) of a centre of pressure beyond its sole that counts as a whole excess.
+const BEYOND_UNIT: f64 = 0.01;
+/// Such a distance (m) that does not count.
+const BEYOND_MIN: f64 = 1e-4;
 
 /// Wrenches of both feet that add up to that of all, for a few shares of the load for which both
 /// centres of pressure are inside. `load` is the force of all, and the moment about the world's
@@ -223,5 +272,35 @@ mod tests {
         assert!((nearest_borne(0.9, range, excess) - 0.7).abs() < 1e-8);
         let too_weak = |share: f64| 1.0 + (share - 0.3).abs();
         assert!((nearest_borne(0.8, range, too_weak) - 0.3).abs() < 0.04);
+    }
+
+    #[test]
+    fn feet_of_which_one_is_narrow_exchange_moments() {
+        let foot = |limb: usize, y: f64, half: f64| FootSupport {
+            limb,
+            center: DVec3::new(0.0, y, 0.0),
+            polygon: [(-0.1, -half), (0.1, -half), (0.1, half), (-0.1, half)]
+                .map(DVec2::from)
+                .into_iter()
+                .collect(),
+            axes: glam::DMat3::IDENTITY,
+            friction: 0.6,
+        };
+        let (wide, narrow) = (foot(0, 0.1, 0.04), foot(1, -0.1, 0.002));
+        // The pressure is at y = 0.12: 2 cm beyond the middle of the wide sole.
+        let force = DVec3::new(0.0, 0.0, 600.0);
+        let moment = DVec3::new(0.12 * 600.0, 0.0, 0.0);
+        let shared = SharedLoad::new([&wide, &narrow], (force, moment));
+        let (wrenches, beyond) = shared.split_within([&wide, &narrow], 0.08);
+        assert_eq!(beyond, 0.0);
+        let about =
+            |(foot, (force, moment)): (&FootSupport, FootWrench)| moment + foot.center.cross(force);
+        let sum: DVec3 = [&wide, &narrow].into_iter().zip(wrenches).map(about).sum();
+        assert!(sum.distance(moment) < 1e-9, "{sum}");
+        let [a, b] = [0, 1].map(|at| {
+            let (force, moment) = wrenches[at];
+            pressure_offset([&wide, &narrow][at], force, moment).y
+        });
+        assert!(a <= 0.04 + 1e-4 && b.abs() <= 0.002 + 1e-4, "{a} {b}");
     }
 }
