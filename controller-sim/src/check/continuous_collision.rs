@@ -4,9 +4,10 @@
 //! the ends of an interval in which no point moves more than `w` relative to the other body, it
 //! never falls below `(d0 + d1 - w) / 2`. Where that does not show that a pair stays clear, and no
 //! nearer than the smallest distance so far, the interval is halved for this pair, down to a motion
-//! of [`RESOLUTION`]; then the bound counts as the distance. For the same reason a distance known
-//! at an earlier instant, less the motion since then, bounds the distance at every later instant: a
-//! pair is measured only where this bound is not enough.
+//! of [`RESOLUTION`]; then the bound counts as the distance, or 0 where both ends of the motion are
+//! clear. For the same reason a distance known at an earlier instant, less the motion since then,
+//! bounds the distance at every later instant: a pair is measured only where this bound is not
+//! enough.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -265,20 +266,26 @@ impl ContinuousCollision<'_> {
             self.distance(interval.waypoint, ends.0, pair, displacement)?
         };
         let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
-        let mut lowest = 0.5 * (at_start + at_end - displacement);
+        let lowest = 0.5 * (at_start + at_end - displacement);
         if is_at_most(self.pairs[pair].needed(self.penetration_max, self.worst), lowest) {
             return Ok(true);
         }
         if !is_at_most(displacement, RESOLUTION) {
             return Ok(false);
         }
-        if is_known {
-            // What is known may be less than the distance.
-            let at_start = self.distance(interval.waypoint, ends.0, pair, displacement)?;
-            let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
-            lowest = 0.5 * (at_start + at_end - displacement);
-        }
-        self.record(pair, lowest);
+        // What is known may be less than the distance.
+        let (at_start, at_end) = if is_known {
+            (
+                self.distance(interval.waypoint, ends.0, pair, displacement)?,
+                self.distance(interval.waypoint, ends.1, pair, displacement)?,
+            )
+        } else {
+            (at_start, at_end)
+        };
+        let lowest = 0.5 * (at_start + at_end - displacement);
+        // Bodies that touch or overlap are as deep as measured.
+        let measured = at_start.min(at_end).min(0.0);
+        self.record(pair, lowest.max(measured));
         Ok(true)
     }
 
@@ -458,7 +465,8 @@ mod tests {
                 // Of short motions only the ends are measured, so the bound may be a little less.
                 Ok(checked) => {
                     let least = sampled - 0.5 * RESOLUTION - SAMPLING;
-                    assert!((least..=sampled + 1e-9).contains(&checked), "{case}: {checked}");
+                    let deeper = if checked > 0.0 { 1e-9 } else { 0.5 * RESOLUTION };
+                    assert!((least..=sampled + deeper).contains(&checked), "{case}: {checked}");
                     assert!(sampled > -PENETRATION_MAX - RESOLUTION, "{case}: {sampled}");
                     clear += 1;
                 }
