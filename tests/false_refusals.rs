@@ -2,9 +2,9 @@
 //! checked as a user would.
 //!
 //! `cargo test --release --test false_refusals -- --ignored --nocapture` makes 2,000 plans.
-//! `SUREFOOT_PLANS=N` makes N, `SUREFOOT_SCENARIOS=DIR:DIR` takes the scenarios in these folders, of
-//! other robots for example, and `SUREFOOT_PLANS_KEPT=DIR` keeps the refused plans there, and every
-//! 33rd plan for the independent checker.
+//! `SUREFOOT_PLANS=N` makes N, `SUREFOOT_SCENARIOS=DIR:DIR` takes the scenarios in these folders,
+//! of other robots for example, and `SUREFOOT_PLANS_KEPT=DIR` keeps the refused plans there, and
+//! every 33rd plan for the independent checker.
 
 #![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]

@@ -118,8 +118,8 @@ fn speeds_and_stated_accelerations_between_waypoints_are_refused() {
 
 #[test]
 fn what_accelerates_between_the_middle_and_the_ends_of_a_short_motion_is_refused() {
-    // From rest to rest by 0.3 mrad within 2 ms: at both ends and in the middle nothing accelerates,
-    // between them the shoulder does with 430 rad/s2.
+    // From rest to rest by 0.3 mrad within 2 ms: at both ends and in the middle nothing
+    // accelerates, between them the shoulder does with 430 rad/s2.
     let at = |index: usize| waypoint(0.002 * index as f64, 3e-4 * (index % 2) as f64, 0.0);
     let shaking: Vec<Waypoint> = (0..20).map(at).collect();
     refused(check(&shaking, &[]), Check::ZeroMoment, "too fast");

@@ -59,6 +59,20 @@ fn footholds_that_only_the_checker_accepts_are_used_where_there_are_no_others() 
     assert_ne!(outcome, Outcome::Found);
 }
 
+#[test]
+fn the_root_leans_where_no_upright_route_is_free() {
+    for seed in SEEDS {
+        let case = hole("low_beam", 4.3, seed, 200_000);
+        let (outcome, stats) = ending(&case, |_| {});
+        assert_eq!(outcome, Outcome::Found, "seed {seed}: {stats:?}");
+        assert!(stats.leaning_routes > 0, "seed {seed}: {stats:?}");
+    }
+    let case = hole("low_beam", 4.3, 1, 200_000);
+    let (outcome, stats) = ending(&case, |planner| planner.leave_out(Resort::LeaningRoot));
+    assert_ne!(outcome, Outcome::Found);
+    assert_eq!(stats.leaning_routes, 0);
+}
+
 /// The dead end with so many live routes.
 fn dead_end(live_routes: u32, seed: u64) -> Case {
     hole("dead_end", 5.3, seed, 200_000).configured(|planner| planner.live_routes = live_routes)

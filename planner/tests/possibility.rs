@@ -41,6 +41,7 @@ impl Fixture {
             surfaces: &self.surfaces,
             upper_body: &self.upper_body,
             preparation: &self.preparation,
+            postures: &[],
             seed,
             stance_width: self.case.scenario.start.stance_width,
             threads: &self.threads,

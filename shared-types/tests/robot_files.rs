@@ -40,9 +40,10 @@ fn a_good_robot_loads_as_written() {
     let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]].map(DVec2::from_array);
     assert_eq!(robot.feet[0].polygon, corners);
     assert_eq!(robot.mass(), 14.0);
-    assert!(
-        matches!(&robot.links[2].shapes[0].shape, Shape::ConvexHull { points, .. } if points.len() == 8)
-    );
+    assert!(matches!(
+        &robot.links[2].shapes[0].shape,
+        Shape::ConvexHull { points, .. } if points.len() == 8
+    ));
 }
 
 #[test]

@@ -52,4 +52,14 @@ def dead_end():
     return world(comment, shapes)
 
 
-WRITERS = {"holes/dead_end": dead_end, "holes/pegs": pegs, "holes/pillory": pillory}
+def low_beam():
+    """A beam across a walled way, so low that the robot passes only with its trunk pitched far forward."""
+    shapes = [floor("floor", 0.0, 5.0, 0.8)]
+    for name, y in (("left", 0.8), ("right", -0.9)):
+        shapes.append(block(f"wall_{name}", (0.0, y, 0.0), (5.0, y + 0.1, 2.0)))
+    shapes.append(block("beam", (2.45, -0.8, 1.05), (2.55, 0.8, 1.65)))
+    comment = ("A way 1.6 wide between walls, with a beam across it from 1.05 to 1.65 above the floor, 0.10 thick.",)
+    return world(comment, shapes)
+
+
+WRITERS = {"holes/dead_end": dead_end, "holes/low_beam": low_beam, "holes/pegs": pegs, "holes/pillory": pillory}

@@ -18,7 +18,7 @@ use crate::check::allowed_pairs::{JointRange, SelfPair, advice};
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
-use crate::check::tuning::{LOOK_AHEAD, RESOLUTION, RESOLUTION_AT_LIMIT};
+use crate::check::tuning::{LOOK_AHEAD, RESOLUTION};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::{body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
@@ -224,26 +224,8 @@ impl ContinuousCollision<'_> {
         let mut in_doubt = Vec::new();
         for &pair in pairs {
             let displacement = displacements[pair] * (interval.to - interval.from);
-            let deepest = self.pairs[pair].deepest(self.penetration_max);
-            let known = self.pairs[pair].bound;
-            let at_start = if interval.is_whole() && is_at_most(deepest, known) {
-                known
-            } else {
-                self.distance(interval.waypoint, ends.0, pair, displacement)?
-            };
-            let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
-            let lowest = 0.5 * (at_start + at_end - displacement);
-            let is_allowed = is_at_most(deepest, lowest);
-            let resolution = if is_allowed { RESOLUTION } else { RESOLUTION_AT_LIMIT };
-            if is_at_most(self.pairs[pair].needed(self.penetration_max, self.worst), lowest) {
-                continue;
-            }
-            if !is_at_most(displacement, resolution) {
+            if !self.is_clear(interval, ends, pair, displacement)? {
                 in_doubt.push(pair);
-            } else if is_allowed {
-                self.record(pair, lowest);
-            } else {
-                return Err(self.violation(interval.waypoint, pair, lowest));
             }
         }
         if in_doubt.is_empty() {
@@ -263,6 +245,41 @@ impl ContinuousCollision<'_> {
             displacements,
             &in_doubt,
         )
+    }
+
+    /// Whether a pair stays clear over an interval in which it moves by `displacement` (m), and its
+    /// distance there is known as far as it counts.
+    fn is_clear(
+        &mut self,
+        interval: &Interval,
+        ends: (&BodyPoses, &BodyPoses),
+        pair: usize,
+        displacement: f64,
+    ) -> Result<bool, Violation> {
+        let (deepest, known) =
+            (self.pairs[pair].deepest(self.penetration_max), self.pairs[pair].bound);
+        let is_known = interval.is_whole() && is_at_most(deepest, known);
+        let at_start = if is_known {
+            known
+        } else {
+            self.distance(interval.waypoint, ends.0, pair, displacement)?
+        };
+        let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
+        let mut lowest = 0.5 * (at_start + at_end - displacement);
+        if is_at_most(self.pairs[pair].needed(self.penetration_max, self.worst), lowest) {
+            return Ok(true);
+        }
+        if !is_at_most(displacement, RESOLUTION) {
+            return Ok(false);
+        }
+        if is_known {
+            // What is known may be less than the distance.
+            let at_start = self.distance(interval.waypoint, ends.0, pair, displacement)?;
+            let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
+            lowest = 0.5 * (at_start + at_end - displacement);
+        }
+        self.record(pair, lowest);
+        Ok(true)
     }
 
     /// The distance of a pair, or a bound that is enough to clear a motion of length
@@ -288,8 +305,15 @@ impl ContinuousCollision<'_> {
         let stands_on = matches!(pair.other_body, OtherBody::World(_)) && !pair.measured;
         let separation = if stands_on { solid_separation } else { body_separation };
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
-        if !is_at_most(pair.deepest(self.penetration_max), found.distance) {
-            return Err(self.violation(waypoint, index, found.distance));
+        let deepest = pair.deepest(self.penetration_max);
+        if !is_at_most(deepest, found.distance) {
+            let (bodies, is_near) = ((body, other), !pair.walked.is_empty());
+            let mut violation =
+                overlap_violation(self.check, waypoint, bodies, found.distance, -deepest);
+            if is_near {
+                violation.detail += &advice(bodies, -found.distance);
+            }
+            return Err(violation);
         }
         self.record(index, found.distance);
         let pair = &mut self.pairs[index];
@@ -302,22 +326,6 @@ impl ContinuousCollision<'_> {
         if self.pairs[index].measured {
             self.worst = self.worst.min(distance);
         }
-    }
-
-    /// The violation by a pair that may be `distance` (m) apart.
-    fn violation(&self, waypoint: usize, index: usize, distance: f64) -> Violation {
-        let pair = &self.pairs[index];
-        let body = &self.robot[pair.body];
-        let other = match pair.other_body {
-            OtherBody::Robot(other) => &self.robot[other],
-            OtherBody::World(other) => &self.world[other],
-        };
-        let limit = -pair.deepest(self.penetration_max);
-        let mut violation = overlap_violation(self.check, waypoint, (body, other), distance, limit);
-        if !pair.walked.is_empty() {
-            violation.detail += &advice((body, other), -distance);
-        }
-        violation
     }
 }
 
@@ -451,12 +459,11 @@ mod tests {
                 Ok(checked) => {
                     let least = sampled - 0.5 * RESOLUTION - SAMPLING;
                     assert!((least..=sampled + 1e-9).contains(&checked), "{case}: {checked}");
-                    assert!(sampled >= -PENETRATION_MAX - 1e-9, "{case}: {sampled}");
+                    assert!(sampled > -PENETRATION_MAX - RESOLUTION, "{case}: {sampled}");
                     clear += 1;
                 }
                 Err(violation) => {
-                    let most = -PENETRATION_MAX + 0.5 * RESOLUTION_AT_LIMIT + SAMPLING;
-                    assert!(sampled < most, "{sampled}: {violation}");
+                    assert!(sampled < -PENETRATION_MAX + RESOLUTION, "{sampled}: {violation}");
                     refused += 1;
                 }
             }

@@ -18,8 +18,6 @@ pub(crate) const SOLE_TURN_SPEED_MAX: f64 = 0.1;
 
 /// For motions up to this length (m) only their ends are measured.
 pub(crate) const RESOLUTION: f64 = 1e-3;
-/// The same where the overlap may exceed its limit.
-pub(crate) const RESOLUTION_AT_LIMIT: f64 = 1e-4;
 /// A distance is measured up to what an interval needs and the motion of this many more, so that
 /// they need not be measured.
 pub(crate) const LOOK_AHEAD: f64 = 8.0;

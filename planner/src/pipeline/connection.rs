@@ -127,7 +127,9 @@ fn locate_next(context: &PlanningContext, search: &mut Search, budget: u64) -> b
     let located: Batch<(usize, bool)> = context.threads.map(&ids, locate);
     search.stats.work += ids.len().max(1) as u64;
     for (&id, (vertex, suits)) in ids.iter().zip(located) {
-        search.roadmap.graph.set_crouch(id as FootholdId, search.guide.crouch.crouch(vertex));
+        let crouch = search.route.crouch(vertex);
+        let crouch = crouch.unwrap_or_else(|| search.guide.crouch.crouch(vertex));
+        search.roadmap.graph.set_crouch(id as FootholdId, crouch);
         search.connections.nearest_vertices.push(if suits { vertex as u32 } else { NO_VERTEX });
     }
     !ids.is_empty()

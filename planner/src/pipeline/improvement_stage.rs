@@ -145,6 +145,18 @@ impl ImprovementStage {
         Ok(Event::Continue)
     }
 
+    /// What follows where a walk has no smooth path: while a plan is improved, it is forgotten.
+    pub fn leave_walk(&mut self, search: &mut Search) -> Event {
+        if self.improvement.is_none() {
+            search.outcome = Some(Outcome::NoContinuation);
+            return Event::Blocked;
+        }
+        self.walks.draft.copy(&self.walks.best);
+        self.since = search.stats.work;
+        self.task = Task::Choose;
+        Event::Forgotten
+    }
+
     /// Takes the first plan. From here on the limit of the work ends the improvement.
     fn begin(&mut self, search: &mut Search, chunks: &mut ChunkStage) {
         chunks.keep(&search.stats);

@@ -129,12 +129,21 @@ impl Stages {
             Stage::Motions => MotionStage.step(context, search, budget),
             Stage::Recovery => self.recovery.step(context, search, budget),
             Stage::Shortcuts => self.shortcuts.step(context, search, budget),
-            Stage::SmoothPath => self.smooth_path.step(context, search, budget),
+            Stage::SmoothPath => match self.smooth_path.step(context, search, budget)? {
+                Event::Blocked => Ok(self.improvement.leave_walk(search)),
+                event => Ok(event),
+            },
             Stage::Chunks => {
                 let path = self.smooth_path.path();
                 self.chunks.step(context, search, path, budget)
             }
-            Stage::Improvement => self.improvement.step(context, search, &mut self.chunks, budget),
+            Stage::Improvement => {
+                let event = self.improvement.step(context, search, &mut self.chunks, budget)?;
+                if event == Event::NewWalk {
+                    self.smooth_path.begin_another();
+                }
+                Ok(event)
+            }
             Stage::Method => self.method.step(context, search, budget),
             Stage::Over => Ok(Event::Continue),
         }
@@ -308,6 +317,10 @@ impl Planner {
         if resort == Resort::NecessaryCondition {
             self.search.route.leave_out_necessary();
             self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_necessary);
+        }
+        if resort == Resort::LeaningRoot {
+            self.search.route.leave_out_leaning();
+            self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_leaning);
         }
     }
 

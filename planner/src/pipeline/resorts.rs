@@ -4,6 +4,8 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Resort {
+    /// Root poses of any height and lean in stage P, where no upright route is free.
+    LeaningRoot,
     /// C_N alone decides about vertices of stage P, where no route meets its other conditions.
     NecessaryCondition,
     /// Further configurations of Q(T) replace those between which no motion is found.
@@ -18,7 +20,8 @@ pub enum Resort {
 
 impl Resort {
     /// All of them, in the order of docs/COMPLETENESS.md.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
+        Self::LeaningRoot,
         Self::NecessaryCondition,
         Self::Alternatives,
         Self::UniformRounds,
@@ -29,6 +32,7 @@ impl Resort {
     /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
+            Self::LeaningRoot => "leaning_root",
             Self::NecessaryCondition => "necessary_condition",
             Self::Alternatives => "alternatives",
             Self::UniformRounds => "uniform_rounds",

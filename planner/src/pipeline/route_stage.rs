@@ -28,6 +28,8 @@ pub(crate) struct RouteStage {
     stance_width: f64,
     /// Whether a route is found and its crouch profile is being chosen.
     is_crouching: bool,
+    /// Whether a route along which the root leans is searched beside one that is known.
+    is_leaning: bool,
     /// Whether the relaxed problem is solved, or left out.
     is_relaxed: bool,
     /// Whether it is solved once more, legs included, or left out.
@@ -45,6 +47,7 @@ impl RouteStage {
             upper_body,
             stance_width,
             is_crouching: false,
+            is_leaning: false,
             is_relaxed: false,
             is_examined: false,
             is_waiting: false,
@@ -74,6 +77,9 @@ impl RouteStage {
     ) -> Result<Event, ArenaFull> {
         if self.is_crouching {
             return Ok(self.choose_crouch(context, search, budget));
+        }
+        if self.is_leaning {
+            return Ok(self.search_leaning(context, search, budget));
         }
         if let Some(turn) = search.guide.live.turn.take() {
             return Ok(self.begin_turn(search, turn));
@@ -117,8 +123,7 @@ impl RouteStage {
             }
         }
         begin_route(search);
-        self.is_crouching = !search.route.route().is_upright();
-        Ok(if self.is_crouching { Event::Continue } else { end(search) })
+        Ok(self.begin_crouch(search))
     }
 
     /// Begins with a live route in place of the current one.
@@ -128,8 +133,36 @@ impl RouteStage {
         begin_route(search);
         search.connections.is_new_route = turn.is_fresh;
         search.segments.current_mut().recovery = turn.recovery;
-        self.is_crouching = !search.route.route().is_upright();
+        self.begin_crouch(search)
+    }
+
+    /// Chooses the crouch profile of a route that is neither upright nor has a root posture at each
+    /// vertex.
+    fn begin_crouch(&mut self, search: &mut Search) -> Event {
+        let route = search.route.route();
+        self.is_crouching = !route.is_upright() && !route.is_leaning();
         if self.is_crouching { Event::Continue } else { end(search) }
+    }
+
+    /// Searches a route along which the root leans, by at most `budget` units of work. Without one,
+    /// the route that is known is followed.
+    fn search_leaning(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Event {
+        let progress = self.grow(context, search, budget);
+        self.is_leaning = progress == Progress::Growing;
+        match progress {
+            Progress::Growing => return Event::Continue,
+            Progress::Route => {
+                search.stats.routes -= 1;
+                begin_route(search);
+            }
+            Progress::Exhausted | Progress::Full => {}
+        }
+        end(search)
     }
 
     /// Lets a route grow beside the current one, by the work that is owed to it.
@@ -179,6 +212,7 @@ impl RouteStage {
             surfaces: &context.surfaces,
             upper_body: &self.upper_body,
             preparation: &context.preparation,
+            postures: &[],
             seed: context.seed,
             stance_width,
             threads: &context.threads,
@@ -215,13 +249,23 @@ impl RouteStage {
             search.guide.crouch.advance(&crouch_context, search.route.route(), budget);
         search.stats.work += spent;
         self.is_crouching = !has_chosen;
-        if has_chosen { end(search) } else { Event::Continue }
+        let must_lean = has_chosen
+            && is_leaning_due(search)
+            && !search.guide.crouch.has_free_trunk(&crouch_context, search.route.route());
+        self.is_leaning = must_lean && search.route.begin_leaning();
+        if has_chosen && !self.is_leaning { end(search) } else { Event::Continue }
     }
 }
 
 /// Whether a first route meets C_N alone at best: it may lead through what the robot cannot pass.
 fn is_doubtful(search: &Search) -> bool {
     search.stats.routes == 0 && search.route.condition() == RouteCondition::Necessary
+}
+
+/// Whether a route is to be searched along which the root leans: for every other route that is no
+/// detour.
+fn is_leaning_due(search: &Search) -> bool {
+    !search.segmentation.has_detour() && search.stats.routes % 2 == 1
 }
 
 /// Prepares the other stages for a route that was found. Sweeps visit the vertices with placements
@@ -234,6 +278,7 @@ fn begin_route(search: &mut Search) {
     footholds.selection.select(vertices, |vertex| is_whole || has_placements(vertex));
     stats.routes += 1;
     stats.routes_under_c_n += u64::from(route.condition() == RouteCondition::Necessary);
+    stats.leaning_routes += u64::from(route.route().is_leaning());
     stats.route_edges = route.route().labelled();
     search.connections.begin_route();
     search.guide.crouch.begin();

@@ -197,6 +197,8 @@ pub struct SearchStats {
     pub routes: u64,
     /// Guide routes found under C_N alone, where no route meets the other conditions of stage P.
     pub routes_under_c_n: u64,
+    /// Guide routes along which the root leans, where no upright route is free.
+    pub leaning_routes: u64,
     /// Whether stage P found no route, so that a straight line was tried.
     pub used_straight_line: bool,
     /// Turns from one live route to another.

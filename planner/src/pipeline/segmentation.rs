@@ -104,6 +104,11 @@ impl Segmentation {
         (complete > 0).then(|| self.boundaries[complete].vertex)
     }
 
+    /// Whether stage P searches a detour.
+    pub fn has_detour(&self) -> bool {
+        self.detour_from.is_some()
+    }
+
     /// Notes that stage P searches a detour of a route with `vertices` vertices.
     pub fn begin_detour(&mut self, vertices: usize) {
         self.detour_from = Some(vertices);

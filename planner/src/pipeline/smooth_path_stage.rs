@@ -1,7 +1,6 @@
 //! Makes the smooth path of a complete plan: the motion that is timed and executed.
 
 use crate::base::capacity::ArenaFull;
-use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
@@ -37,6 +36,11 @@ impl SmoothPathStage {
         Self { smoother, in_parts, has_begun: false }
     }
 
+    /// Begins the path of another plan with the next step.
+    pub fn begin_another(&mut self) {
+        self.has_begun = false;
+    }
+
     /// Makes configurations within `budget` units of work, until another span does not change any
     /// more.
     ///
@@ -62,12 +66,10 @@ impl SmoothPathStage {
         let work_left = (inputs.plan.nodes.len() + roadmap.waypoints_len()) as u64;
         let (begin, smoothed_until) = (stats.work, limits.work_max.saturating_sub(work_left));
         let final_spans = smoother.path().spans.len();
-        while !smoother.is_over()
-            && smoother.path().spans.len() == final_spans
-            && stats.work - begin < budget
-        {
+        let is_paused =
+            |smoother: &Smoother| smoother.is_over() || smoother.path().spans.len() > final_spans;
+        while !is_paused(smoother) && stats.work - begin < budget {
             if smoother.is_blocked() {
-                search.outcome = Some(Outcome::NoContinuation);
                 return Ok(Event::Blocked);
             }
             if stats.work >= smoothed_until {
@@ -80,11 +82,8 @@ impl SmoothPathStage {
         }
         if smoother.is_over() {
             stats.searched_phases = smoother.searched_phases();
-            self.has_begun = false;
-            return Ok(Event::Done);
         }
-        let has_grown = smoother.path().spans.len() > final_spans;
-        Ok(if has_grown { Event::Done } else { Event::Continue })
+        Ok(if is_paused(smoother) { Event::Done } else { Event::Continue })
     }
 
     /// The path of a plan; none where plans keep the searched motion.

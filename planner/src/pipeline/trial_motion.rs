@@ -120,7 +120,7 @@ impl TrialMotion {
         let work_max = SMOOTHING_WORK_MAX * known.smoothing_work as f64;
         let mut spent = 0;
         while !self.smoother.is_over() && spent < budget {
-            if self.smoothing_work as f64 > work_max {
+            if self.smoother.is_blocked() || self.smoothing_work as f64 > work_max {
                 return Ok((spent, Trial::Rejected));
             }
             self.smoother.advance(inputs)?;

@@ -12,6 +12,7 @@ use crate::constraints::foothold::FootPlacement;
 use crate::foot_placement::{FootPlacementConfig, Scratch};
 use crate::possibility::extension::{Extend, Extension};
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::root_vertex::UPRIGHT;
 use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tree::{Tip, Vertex, tip_at};
 use crate::possibility::tuning::{BRANCH_VERTICES_MAX, BRANCHES_MAX};
@@ -86,6 +87,7 @@ impl Branch {
         let origin = MidFeetPose { position: glam::DVec3::ZERO, yaw: 0.0 };
         let extension = Extension {
             target: origin,
+            target_posture: UPRIGHT,
             backward: false,
             heading_offset: 0.0,
             joins: false,
@@ -122,7 +124,7 @@ impl Branch {
             let name = self.extension_name();
             let extended = self.extension.extend(
                 context,
-                tip.pose,
+                tip.root(),
                 first,
                 name,
                 &mut FootScratch::Shared(&mut self.scratch),
@@ -160,7 +162,7 @@ impl Branch {
             (!is_long).then(|| {
                 self.extension.extend(
                     context,
-                    tip.pose,
+                    tip.root(),
                     0,
                     name,
                     &mut FootScratch::Each([scratch, second_scratch]),
@@ -236,7 +238,11 @@ fn tip_of<'a>(
     placements: &'a [FootPlacement],
 ) -> Tip<'a> {
     match grown.last() {
-        Some(candidate) => Tip { pose: &candidate.pose, placements: &candidate.placements },
+        Some(candidate) => Tip {
+            pose: &candidate.pose,
+            placements: &candidate.placements,
+            posture: candidate.posture,
+        },
         None => tip_at(from, placements),
     }
 }

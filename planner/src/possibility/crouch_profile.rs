@@ -5,28 +5,19 @@
 //! robot walks from vertex to vertex in one crouch and changes to another at a vertex. Without the
 //! profile, low obstacles lead to transition configurations that are free but not connected.
 
-use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::{interpolate, rotation_from_rpy};
+use surefoot_shared_types::base::spatial::interpolate;
 
 use crate::base::arena::reserve;
-use crate::base::threads::Threads;
 use crate::base::work_budget::items_in;
-use crate::constraints::constraints::Constraints;
-use crate::geometry::convex_region::ConvexRegion;
+use crate::possibility::crouch_trial::{CrouchContext, CrouchTrial};
 use crate::possibility::guide_route::GuideRoute;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tuning::{
     CHANGE_COST, COLLISION_COST, CROUCH_BATCH_MAX, CROUCH_LEG_EXTENSIONS, CROUCH_PITCHES,
-    CROUCH_TEST_STRIDES, EDGE_TESTS, INFEASIBLE_COST, NEIGHBOUR_COST, OPEN_REACH,
+    CROUCH_TEST_STRIDES, EDGE_TESTS, INFEASIBLE_COST, NEIGHBOUR_COST, OPEN_REACH, TRUNK_OFFSETS,
 };
-use crate::possibility::upper_body::UpperBody;
-use crate::robot::configuration::Configuration;
 use crate::robot::crouch::Crouch;
-use crate::robot::gravity_torques::{FootLoad, effort_use};
-use crate::robot::kinematic_state::KinematicState;
-use crate::robot::posture_ik::{Posture, solve_posture};
-use crate::robot::single_support::SingleSupportPosture;
 
 /// Number of crouches.
 const CROUCH_COUNT: usize = CROUCH_LEG_EXTENSIONS.len() * CROUCH_PITCHES.len();
@@ -34,17 +25,6 @@ const CROUCH_COUNT: usize = CROUCH_LEG_EXTENSIONS.len() * CROUCH_PITCHES.len();
 const CHANGES_MAX: usize = CROUCH_LEG_EXTENSIONS.len() + CROUCH_PITCHES.len();
 
 type Batch<T> = heapless::Vec<T, CROUCH_BATCH_MAX>;
-
-/// Read-only inputs of the crouch profile.
-#[derive(Debug, Clone, Copy)]
-pub struct CrouchContext<'a> {
-    /// The robot and the world.
-    pub constraints: &'a Constraints,
-    /// The upper body.
-    pub upper_body: &'a UpperBody,
-    /// The threads.
-    pub threads: &'a Threads,
-}
 
 /// The crouches along a route, allocated once.
 #[derive(Debug)]
@@ -111,7 +91,7 @@ impl CrouchProfile {
         let next: Batch<usize> = (self.known..CROUCH_COUNT).take(count_max).collect();
         let tried = context.threads.map(&next, |index| {
             let trial = CrouchTrial::new(context.constraints, context.upper_body, crouch(index));
-            (trial.mid_feet_from_root(), trial.failures())
+            (trial.mid_feet_from_root(), trial.failures(&CROUCH_TEST_STRIDES))
         });
         for (index, (mid_feet_from_root, failures)) in next.iter().zip(tried) {
             (self.mid_feet_from_roots[*index], self.failures[*index]) =
@@ -176,6 +156,30 @@ impl CrouchProfile {
     /// The crouch at a vertex; upright if none was chosen.
     pub fn crouch(&self, vertex: usize) -> Crouch {
         self.chosen.get(vertex).map_or(Crouch::UPRIGHT, |&index| crouch(index as usize))
+    }
+
+    /// Whether the trunk is free along the route in the chosen crouches, or beside it: arms may
+    /// move aside, and stage M is not bound to the route.
+    pub fn has_free_trunk(&self, context: &CrouchContext<'_>, route: &GuideRoute) -> bool {
+        let CrouchContext { constraints, upper_body, .. } = context;
+        let is_free = |vertex: usize, pose: &MidFeetPose| {
+            self.mid_feet_from_roots[self.chosen[vertex] as usize].is_some_and(|root| {
+                let world_from_root = pose.world_from_mid_feet() * root;
+                upper_body.is_trunk_free(&constraints.collision, &world_from_root)
+            })
+        };
+        (1..self.chosen.len()).all(|index| {
+            let [before, pose] = [index - 1, index].map(|vertex| route.pose(vertex));
+            let aside = before.horizontal_offset_to(&pose).perp().normalize_or_zero();
+            (1..=EDGE_TESTS).all(|test| {
+                let between = before.interpolate(&pose, test as f64 / EDGE_TESTS as f64);
+                TRUNK_OFFSETS.iter().any(|&distance| {
+                    let position = between.position + (distance * aside).extend(0.0);
+                    let beside = MidFeetPose { position, ..between };
+                    is_free(index, &beside) || is_free(index - 1, &beside)
+                })
+            })
+        })
     }
 
     /// Bytes reserved.
@@ -243,6 +247,7 @@ fn crouch(index: usize) -> Crouch {
     Crouch {
         leg_extension: CROUCH_LEG_EXTENSIONS[index / CROUCH_PITCHES.len()],
         pitch: CROUCH_PITCHES[index % CROUCH_PITCHES.len()],
+        roll: 0.0,
     }
 }
 
@@ -265,84 +270,4 @@ fn neighbours(index: usize) -> impl Iterator<Item = usize> {
         [1, CROUCH_PITCHES.len()].into_iter().filter_map(move |step| index.checked_sub(step));
     let is_beside = move |near: &usize| successors(*near).contains(&Some(index));
     successors(index).into_iter().flatten().chain(before.filter(is_beside))
-}
-
-/// The robot in a crouch on level ground, in the mid-feet frame.
-struct CrouchTrial<'a> {
-    constraints: &'a Constraints,
-    mid_feet_from_upright: DQuat,
-    mid_feet_from_soles: [Pose; 2],
-    crouch: Crouch,
-}
-
-impl<'a> CrouchTrial<'a> {
-    fn new(constraints: &'a Constraints, upper_body: &UpperBody, crouch: Crouch) -> Self {
-        let robot = &constraints.robot;
-        let upright = upper_body.mid_feet_from_root();
-        let mid_feet_from_soles =
-            [0, 1].map(|limb| upright * robot.legs[limb].root_from_sole(&robot.standing_q));
-        Self { constraints, mid_feet_from_upright: upright.rotation, mid_feet_from_soles, crouch }
-    }
-
-    /// The root in double support; `None` if the crouch is infeasible.
-    fn mid_feet_from_root(&self) -> Option<Pose> {
-        let [left, right] = [0, 1].map(|limb| self.ankle_support_region(limb));
-        let com =
-            ConvexRegion::hull(left.vertices().iter().chain(right.vertices()).copied()).centroid();
-        let (configuration, _) = self.solve(
-            &self.mid_feet_from_soles,
-            &SingleSupportPosture::standing(self.constraints.robot.standing_q),
-            com,
-        )?;
-        Some(configuration.world_from_root)
-    }
-
-    /// The ankle support region of a foot, in the mid-feet frame.
-    fn ankle_support_region(&self, limb: usize) -> ConvexRegion {
-        self.constraints.robot.soles[limb].ankle_support_region(&self.mid_feet_from_soles[limb])
-    }
-
-    /// Number of infeasible single-support stances, the other foot beside, ahead or behind.
-    fn failures(&self) -> u32 {
-        let stances =
-            [0, 1].into_iter().flat_map(|limb| CROUCH_TEST_STRIDES.map(|stride| (limb, stride)));
-        stances.filter(|&(limb, stride)| !self.is_feasible_on(limb, stride)).count() as u32
-    }
-
-    /// Whether the crouch is feasible on foot `limb`, the other foot `stride` metres ahead.
-    fn is_feasible_on(&self, limb: usize, stride: f64) -> bool {
-        let mut soles = self.mid_feet_from_soles;
-        soles[1 - limb].translation += stride * DVec3::X;
-        let com = self.ankle_support_region(limb).centroid();
-        let solved = self.solve(&soles, &self.constraints.single_support_postures[limb], com);
-        solved.is_some_and(|(_, kinematic_state)| {
-            effort_use(
-                &self.constraints.robot.mass_tree,
-                &kinematic_state,
-                &FootLoad::all_on(limb, com),
-            ) <= 1.0
-        })
-    }
-
-    /// The configuration on given soles with its centre of mass at `com` (world, m); `None` if none
-    /// exists or links collide with each other.
-    fn solve(
-        &self,
-        soles: &[Pose; 2],
-        single_support: &SingleSupportPosture,
-        com: DVec2,
-    ) -> Option<(Configuration, KinematicState)> {
-        let [roll, pitch] = single_support.rotation;
-        let world_from_root =
-            self.mid_feet_from_upright * rotation_from_rpy(roll, pitch + self.crouch.pitch, 0.0);
-        let posture = Posture {
-            world_from_root,
-            leg_extension: self.crouch.leg_extension
-                * self.constraints.robot.standing_leg_extension,
-            com,
-        };
-        let solved =
-            solve_posture(&self.constraints.robot, soles, &posture, single_support.q).ok()?;
-        self.constraints.collision.self_hit(&solved.1).is_none().then_some(solved)
-    }
 }

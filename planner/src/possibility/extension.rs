@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 
 use surefoot_shared_types::base::spatial::wrap_angle;
 
+use crate::possibility::leaning::Leaning;
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::root_vertex::{PostureId, RootVertex, UPRIGHT};
 use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tuning::{
     EDGE_CLIMB_MAX, EXTENSION_STRIDES, JOINING_SPACINGS, JOINING_TURN_MAX, PROGRESS_MIN,
@@ -22,6 +24,8 @@ use crate::possibility::vertex_sampling::SIDES;
 pub struct Extension {
     /// The target pose.
     pub target: MidFeetPose,
+    /// The root posture there, or that toward which a branch leans.
+    pub target_posture: PostureId,
     /// Whether the branch is walked from the target to its root.
     pub backward: bool,
     /// Heading of the robot relative to the walking direction, rad.
@@ -60,22 +64,22 @@ impl Extension {
     pub fn extend(
         &self,
         context: &StageContext<'_>,
-        tip: &MidFeetPose,
+        tip: RootVertex,
         first: usize,
         name: u64,
         scratch: &mut FootScratch<'_>,
     ) -> Extend {
         if first == 0
-            && let Some(fit) = self.fit_to_target(context, tip)
+            && let Some(is_upright) = self.edge_to_target(context, tip)
         {
-            return Extend::Reached { is_upright: fit == UpperBodyFit::Upright };
+            return Extend::Reached { is_upright };
         }
+        let RootVertex { pose: ref at, .. } = tip;
         for (index, &(stride, lateral)) in self.strides().iter().enumerate().skip(first) {
-            let desired = self.desired_pose(tip, stride, lateral);
-            let turns_in_place = desired.position == tip.position;
+            let desired = self.desired_pose(at, stride, lateral);
+            let turns_in_place = desired.position == at.position;
             if index > 0
-                && (turns_in_place
-                    || tip.horizontal_offset_to(&self.target).length() < self.spacing)
+                && (turns_in_place || at.horizontal_offset_to(&self.target).length() < self.spacing)
             {
                 break;
             }
@@ -86,20 +90,35 @@ impl Extension {
                 name: name << 3 | index as u64,
             };
             let Some(candidate) = context.find_candidate(&query, scratch) else { continue };
-            if !self.advances(tip, &desired, &candidate.pose)
-                || !self.may_climb(context, tip, &candidate.pose)
+            if !self.advances(at, &desired, &candidate.pose)
+                || !self.may_climb(context, at, &candidate.pose)
             {
                 continue;
             }
-            if let Some(fit) = context.fit_between(tip, &candidate.pose, self.condition) {
-                let is_upright = candidate.is_upright && fit == UpperBodyFit::Upright;
-                return Extend::Advanced {
-                    candidate: VertexCandidate { is_upright, ..candidate },
-                    stride: index,
-                };
+            if let Some(candidate) = self.with_edge(context, tip, candidate, query.name) {
+                return Extend::Advanced { candidate, stride: index };
             }
         }
         Extend::Trapped
+    }
+
+    /// The candidate with its root posture, if an edge leads to it from the tip.
+    fn with_edge(
+        &self,
+        context: &StageContext<'_>,
+        tip: RootVertex,
+        candidate: VertexCandidate,
+        name: u64,
+    ) -> Option<VertexCandidate> {
+        if self.condition == RouteCondition::Leaning {
+            let to = (&candidate.pose, candidate.pair.as_ref());
+            let posture = Leaning(context).lean_to(tip, to, self.target_posture, name)?;
+            let is_upright = [tip.posture, posture] == [UPRIGHT; 2];
+            return Some(VertexCandidate { is_upright, posture, ..candidate });
+        }
+        let fit = context.fit_between(&tip.pose, &candidate.pose, self.condition)?;
+        let is_upright = candidate.is_upright && fit == UpperBodyFit::Upright;
+        Some(VertexCandidate { is_upright, ..candidate })
     }
 
     /// The strides that are tried: lateral ones only if the robot sidesteps.
@@ -148,24 +167,39 @@ impl Extension {
             RouteCondition::UpperBody => {
                 EDGE_CLIMB_MAX[0] * context.constraints.robot.shorter_reach()
             }
-            RouteCondition::Root => EDGE_CLIMB_MAX[1] * context.constraints.robot.shorter_reach(),
+            RouteCondition::Root | RouteCondition::Leaning => {
+                EDGE_CLIMB_MAX[1] * context.constraints.robot.shorter_reach()
+            }
             RouteCondition::Necessary => context.preparation.step_limits().reach(),
         };
         (to.position.z - from.position.z).abs() <= climb_max
     }
 
-    /// The fit of the upper body between the tip and the target; `None` if the target is not
+    /// Whether the upright robot fits between the tip and the target; `None` if the target is not
     /// reached.
-    fn fit_to_target(&self, context: &StageContext<'_>, tip: &MidFeetPose) -> Option<UpperBodyFit> {
+    fn edge_to_target(&self, context: &StageContext<'_>, tip: RootVertex) -> Option<bool> {
+        let RootVertex { pose: ref at, .. } = tip;
         let is_near =
-            tip.horizontal_offset_to(&self.target).length() <= JOINING_SPACINGS * self.spacing;
-        let turn = wrap_angle(self.target.yaw - tip.yaw);
+            at.horizontal_offset_to(&self.target).length() <= JOINING_SPACINGS * self.spacing;
+        let turn = wrap_angle(self.target.yaw - at.yaw);
         let may_join =
-            || turn.abs() <= JOINING_TURN_MAX && self.may_climb(context, tip, &self.target);
+            || turn.abs() <= JOINING_TURN_MAX && self.may_climb(context, at, &self.target);
         match (is_near, self.joins) {
-            (true, false) => Some(UpperBodyFit::Upright),
-            (true, true) if may_join() => context.fit_between(tip, &self.target, self.condition),
+            (true, false) => Some(true),
+            (true, true) if may_join() => self.edge_between(context, tip),
             _ => None,
         }
+    }
+
+    /// Whether the upright robot fits on the edge from the tip to the target; `None` if there is no
+    /// edge.
+    fn edge_between(&self, context: &StageContext<'_>, tip: RootVertex) -> Option<bool> {
+        if self.condition == RouteCondition::Leaning {
+            let target = RootVertex { pose: self.target, posture: self.target_posture };
+            let is_upright = [tip.posture, target.posture] == [UPRIGHT; 2];
+            return Leaning(context).may_lean_between(tip, target).then_some(is_upright);
+        }
+        let fit = context.fit_between(&tip.pose, &self.target, self.condition)?;
+        Some(fit == UpperBodyFit::Upright)
     }
 }

@@ -52,6 +52,7 @@ impl Forest {
             parent,
             heading_offset,
             is_upright: candidate.is_upright,
+            posture: candidate.posture,
             ..root
         };
         Some(self.trees[tree].add(vertex))

@@ -9,8 +9,9 @@ use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::possibility::edge_labels::Label;
 use crate::possibility::forest::LabelStats;
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::root_vertex::UPRIGHT;
 use crate::possibility::tree::Vertex;
-use crate::possibility::tuning::ALIGNED_DISTANCE;
+use crate::possibility::tuning::{ALIGNED_DISTANCE, STRAIGHT_END_DISTANCE};
 use crate::possibility::vertex_sampling::BACKWARD;
 
 /// How far the ideal soles at a vertex are apart.
@@ -71,6 +72,20 @@ impl GuideRoute {
     pub(crate) fn clear(&mut self) {
         self.vertices.clear();
         self.labels.clear();
+    }
+
+    /// Makes the straight line between two poses the route, in strides of `spacing` metres.
+    pub(crate) fn make_straight(&mut self, [mut at, goal]: [MidFeetPose; 2], spacing: f64) {
+        self.clear();
+        let count_max = self.vertices.capacity() - 1;
+        while self.vertices.len() < count_max && at.distance(&goal) > STRAIGHT_END_DISTANCE {
+            self.vertices.push(Vertex { is_upright: false, ..Vertex::root(at, None) });
+            at = at.step_toward(&goal, spacing, 0.0);
+            at.position.z += (goal.position.z - at.position.z)
+                * (spacing / at.horizontal_offset_to(&goal).length().max(spacing));
+        }
+        self.vertices.push(Vertex::root(goal, None));
+        self.labels.resize(self.vertices.len(), Label::Indeterminate);
     }
 
     /// Replaces the vertices between two of the route. `is_upright` is whether the upright robot
@@ -147,6 +162,11 @@ impl GuideRoute {
     pub fn is_upright_about(&self, index: usize, reach: usize) -> bool {
         let about = index.saturating_sub(reach)..self.vertices.len().min(index + reach + 1);
         self.vertices[about].iter().all(|vertex| vertex.is_upright)
+    }
+
+    /// Whether the root leans somewhere on the route.
+    pub fn is_leaning(&self) -> bool {
+        self.vertices.iter().any(|vertex| vertex.posture != UPRIGHT)
     }
 
     /// Whether a part of the route is walked backward.

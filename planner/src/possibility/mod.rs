@@ -8,10 +8,13 @@
 //! necessary conditions C_N alone are asked for, because a walk may exist where the others fail.
 //! The result is a guide route, whose placements stage M uses.
 //!
-//! The trees leave height and pitch of the root open; the crouch profile chooses them.
+//! The trees leave height and pitch of the root open where the upright robot or one in some crouch
+//! fits; the crouch profile chooses them. Where it does not, vertices and edges have a root pose in
+//! SE(3).
 
 pub(crate) mod blocked_regions;
 pub mod crouch_profile;
+pub mod crouch_trial;
 pub mod edge_labels;
 pub(crate) mod guide_route;
 pub mod mid_feet_pose;
@@ -24,7 +27,8 @@ pub mod upper_body;
 pub mod vertex_candidates;
 pub(crate) mod vertex_sampling;
 
-pub use crouch_profile::{CrouchContext, CrouchProfile};
+pub use crouch_profile::CrouchProfile;
+pub use crouch_trial::CrouchContext;
 pub use edge_labels::Label;
 pub use forest::LabelStats;
 pub use guide_route::{GuideRoute, IdealWidth};
@@ -38,5 +42,10 @@ pub use vertex_candidates::StageContext;
 mod branch;
 mod extension;
 mod forest;
+mod joining;
+mod lean_reduction;
+mod leaning;
+pub(crate) mod root_postures;
+pub mod root_vertex;
 mod tree;
 mod tuning;

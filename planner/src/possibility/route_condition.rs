@@ -9,6 +9,9 @@ pub enum RouteCondition {
     UpperBody,
     /// The same, but of the upper body only the links fixed to the root need be free.
     Root,
+    /// The whole upper body is free at a root pose of any height and lean that the vertex carries,
+    /// and along a path in SE(3) to the next.
+    Leaning,
     /// C_N alone: at some root pose near the vertex the links fixed to the root are free, and some
     /// part of the world is where a sole may be. Implied by every walk.
     Necessary,

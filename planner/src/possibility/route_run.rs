@@ -26,6 +26,11 @@ pub enum Activity {
     Growing,
     /// Trying shortcuts of the route.
     Shortcutting,
+    /// Choosing the least lean at the vertices of the route, one after the other.
+    ReducingLean {
+        /// Number of vertices done, in all passes.
+        done: usize,
+    },
     /// Labelling the edges of the route.
     Labelling,
     /// Nothing more to do.
@@ -75,16 +80,67 @@ pub struct Run {
     pub restarts: u64,
     /// How often the region was widened, part of the random streams' names.
     pub widenings: u32,
+    /// The conditions that may follow the first two.
+    pub later: LaterConditions,
+}
+
+/// The conditions that may follow those under which the root is upright.
+#[derive(Debug, Clone, Copy)]
+pub struct LaterConditions {
     /// Whether routes under C_N alone are searched.
     pub has_necessary: bool,
+    /// Whether routes along which the root leans are searched.
+    pub has_leaning: bool,
+    /// Whether such a route was searched before.
+    pub has_leant: bool,
+    /// Whether only those are searched, beside a route that is known.
+    pub leans_only: bool,
 }
 
 impl Run {
+    /// A search between two ends (start and goal) that has not begun, in a region.
+    pub fn new(ends: [Vertex; 2], bounds: Aabb) -> Self {
+        Self {
+            activity: Activity::Growing,
+            ends,
+            bounds,
+            samples: 0,
+            condition: RouteCondition::UpperBody,
+            heading_offset: 0.0,
+            generation: 0,
+            restarts: 0,
+            widenings: 0,
+            later: LaterConditions {
+                has_necessary: true,
+                has_leaning: true,
+                has_leant: false,
+                leans_only: false,
+            },
+        }
+    }
+
     /// Begins with two roots inside `world` (m).
     pub fn begin(&mut self, ends: [Vertex; 2], world: &Aabb) {
         self.ends = ends;
         self.bounds = bounds_around(ends.map(|end| end.pose.position), world);
         (self.samples, self.condition, self.widenings) = (0, RouteCondition::UpperBody, 0);
+        self.later.leans_only = false;
+    }
+
+    /// The condition that follows where no route meets the current one; none if it is the last.
+    /// The first search fails without C_N alone: a straight line is tried first. A detour fails
+    /// without it too: another route is cheaper.
+    pub fn next_condition(&self, is_detour: bool, may_lean: bool) -> Option<RouteCondition> {
+        let LaterConditions { has_necessary, has_leaning, leans_only, .. } = self.later;
+        let may_be_necessary = self.generation > 0 && !is_detour && has_necessary && !leans_only;
+        match self.condition {
+            RouteCondition::UpperBody => Some(RouteCondition::Root),
+            RouteCondition::Root if has_leaning && may_lean => Some(RouteCondition::Leaning),
+            RouteCondition::Root | RouteCondition::Leaning if may_be_necessary => {
+                Some(RouteCondition::Necessary)
+            }
+            RouteCondition::Root | RouteCondition::Leaning | RouteCondition::Necessary => None,
+        }
     }
 
     /// Continues in a wider region, first under the strictest condition again. Returns `false` if
@@ -121,6 +177,7 @@ impl Run {
         match self.condition {
             RouteCondition::UpperBody => 0,
             RouteCondition::Root => 1,
+            RouteCondition::Leaning => 1 << 47,
             RouteCondition::Necessary => 1 << 48,
         }
     }

@@ -10,20 +10,27 @@ use crate::foot_placement::FootPlacementConfig;
 use crate::geometry::bvh::Aabb;
 use crate::possibility::blocked_regions::BlockedRegions;
 use crate::possibility::branch::{Branch, BranchEnd, BranchKind, BranchRequest, Branches};
+use crate::possibility::crouch_trial::CrouchContext;
 use crate::possibility::edge_labels::Label;
 use crate::possibility::extension::Extension;
 use crate::possibility::forest::{Forest, LabelStats};
 use crate::possibility::guide_route::GuideRoute;
+use crate::possibility::joining::join_after;
+use crate::possibility::lean_reduction::reduce_lean;
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::root_postures::RootPostures;
+use crate::possibility::root_vertex::{PostureId, UPRIGHT};
 use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::route_run::{Activity, Detour, Join, Joins, Progress, Run};
 use crate::possibility::route_shortcuts::RouteShortcuts;
 use crate::possibility::tree::{Vertex, push_branch};
 use crate::possibility::tuning::{
-    BACKWARD_EVERY, BRANCHES_MAX, PARALLEL_BRANCHES_MIN, SAMPLES_PER_BRANCH, STRAIGHT_END_DISTANCE,
+    BACKWARD_EVERY, BRANCHES_MAX, LEANING_SPACING_SHARE, PARALLEL_BRANCHES_MIN, SAMPLES_PER_BRANCH,
+    UPRIGHT_EVERY,
 };
 use crate::possibility::vertex_candidates::StageContext;
-use crate::possibility::vertex_sampling::{BACKWARD, SIDES, SampleRequest, sample, samples_max};
+use crate::possibility::vertex_sampling::{BACKWARD, SampleRequest, sample, samples_max};
+use crate::robot::crouch::Crouch;
 
 /// Limits of the trees.
 #[derive(Debug)]
@@ -43,6 +50,7 @@ pub struct RouteSearch {
     run: Run,
     route: GuideRoute,
     shortcuts: RouteShortcuts,
+    postures: RootPostures,
     detour: Detour,
     blocked: BlockedRegions,
     /// The part of the route from the start that stage M has solved.
@@ -69,20 +77,10 @@ impl RouteSearch {
             forest: Forest::new(vertices_max),
             branches: Branches::new(placement),
             joins: Joins::default(),
-            run: Run {
-                activity: Activity::Growing,
-                ends: endpoints,
-                bounds: *world,
-                samples: 0,
-                condition: RouteCondition::UpperBody,
-                heading_offset: 0.0,
-                generation: 0,
-                restarts: 0,
-                widenings: 0,
-                has_necessary: true,
-            },
+            run: Run::new(endpoints, *world),
             route: GuideRoute::new(ends, walking_width, vertices_max),
             shortcuts: RouteShortcuts::default(),
+            postures: RootPostures::new(),
             detour: Detour { full_route: reserve(2 * vertices_max), between: None },
             blocked: BlockedRegions::default(),
             traversed: reserve(2 * vertices_max),
@@ -166,18 +164,7 @@ impl RouteSearch {
     /// Makes the straight line the route, regardless of obstacles and gaps. The last resort if no
     /// route was found.
     pub fn use_straight_line(&mut self) {
-        self.route.clear();
-        let [mut at, goal] = self.run.ends.map(|end| end.pose);
-        let count_max = self.route.vertices.capacity() - 1;
-        while self.route.vertices.len() < count_max && at.distance(&goal) > STRAIGHT_END_DISTANCE {
-            self.route.vertices.push(Vertex { is_upright: false, ..Vertex::root(at, None) });
-            let spacing = self.region.spacing;
-            at = at.step_toward(&goal, spacing, 0.0);
-            at.position.z += (goal.position.z - at.position.z)
-                * (spacing / at.horizontal_offset_to(&goal).length().max(spacing));
-        }
-        self.route.vertices.push(Vertex::root(goal, None));
-        self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
+        self.route.make_straight(self.run.ends.map(|end| end.pose), self.region.spacing);
     }
 
     /// Makes these poses the route, without placements.
@@ -207,6 +194,9 @@ impl RouteSearch {
         self.run.generation += 1;
         self.run.restarts += 1;
         self.begin(self.endpoints);
+        if self.run.later.has_leant && !self.run.restarts.is_multiple_of(UPRIGHT_EVERY) {
+            self.lean();
+        }
     }
 
     /// Restarts the search for the first route.
@@ -226,7 +216,40 @@ impl RouteSearch {
 
     /// Searches no routes under C_N alone.
     pub fn leave_out_necessary(&mut self) {
-        self.run.has_necessary = false;
+        self.run.later.has_necessary = false;
+    }
+
+    /// Searches no routes along which the root leans.
+    pub fn leave_out_leaning(&mut self) {
+        self.run.later.has_leaning = false;
+    }
+
+    /// Searches a route along which the root leans where it must, beside the route that is known
+    /// and is kept until then. Returns `false` if such routes are left out.
+    pub fn begin_leaning(&mut self) -> bool {
+        if !self.run.later.has_leaning {
+            return false;
+        }
+        self.run.generation += 1;
+        self.run.begin(self.endpoints, &self.region.world);
+        self.run.later.leans_only = true;
+        self.reset_vertices();
+        self.lean();
+        true
+    }
+
+    /// Lets the root lean from the first branch on.
+    fn lean(&mut self) {
+        (self.run.condition, self.run.samples) = (RouteCondition::Leaning, 0);
+        self.run.later.has_leant = true;
+        self.postures.ask_for_more();
+        self.connect_directly();
+    }
+
+    /// The crouch at a vertex of a route along which the root leans; `None` on other routes.
+    pub fn crouch(&self, vertex: usize) -> Option<Crouch> {
+        let posture = self.route.vertices[vertex].posture as usize;
+        self.route.is_leaning().then(|| self.postures.all()[posture].crouch)
     }
 
     /// Restarts the search for a detour that replaces the vertices between two of the route.
@@ -239,6 +262,9 @@ impl RouteSearch {
             between.map(|index| Vertex { placements: (0, 0), ..self.route.vertices[index] });
         ends[1].is_traversed = false;
         self.begin(ends);
+        if self.route.is_leaning() {
+            self.lean();
+        }
         self.detour.full_route.extend_from_slice(&self.route.vertices);
     }
 
@@ -249,17 +275,26 @@ impl RouteSearch {
             + self.route.bytes()
             + self.forest.bytes()
             + self.branches.bytes()
+            + self.postures.bytes()
     }
 
     /// Spends at most `budget` work units, each one vertex that is tried. Returns the progress and
     /// the work spent.
     pub fn advance(&mut self, context: &StageContext<'_>, budget: u64) -> (Progress, u64) {
-        if matches!(self.run.activity, Activity::Labelling) {
-            return (self.label_next(context), 1);
+        match self.run.activity {
+            Activity::Labelling => return (self.label_next(context), 1),
+            Activity::ReducingLean { done } => return (self.reduce_next_lean(context, done), 1),
+            _ => {}
         }
-        let Self { forest, branches, blocked, .. } = self;
+        if self.run.condition == RouteCondition::Leaning && self.postures.is_due() {
+            let StageContext { constraints, upper_body, threads, .. } = *context;
+            let inputs = CrouchContext { constraints, upper_body, threads };
+            return (Progress::Growing, self.postures.advance(&inputs, budget));
+        }
+        let Self { forest, branches, blocked, postures, .. } = self;
         let is_blocked = |pose: &MidFeetPose| blocked.contains(pose);
-        let spent = branches.advance(context, &forest.placements, is_blocked, budget);
+        let inputs = StageContext { postures: postures.all(), ..*context };
+        let spent = branches.advance(&inputs, &forest.placements, is_blocked, budget);
         if spent == budget {
             return (Progress::Growing, spent);
         }
@@ -272,7 +307,7 @@ impl RouteSearch {
         match self.run.activity {
             Activity::Growing => self.merge(context),
             Activity::Shortcutting => self.shortcut_route(context.seed),
-            Activity::Labelling | Activity::Over(_) => {}
+            Activity::ReducingLean { .. } | Activity::Labelling | Activity::Over(_) => {}
         }
         let Activity::Over(progress) = self.run.activity else { return Progress::Growing };
         if progress != Progress::Route {
@@ -282,7 +317,22 @@ impl RouteSearch {
             self.route.insert_into(&mut self.detour.full_route, between);
         }
         self.route.labels.clear();
-        self.run.activity = Activity::Labelling;
+        self.run.activity = if self.route.is_leaning() {
+            Activity::ReducingLean { done: 0 }
+        } else {
+            Activity::Labelling
+        };
+        Progress::Growing
+    }
+
+    /// Reduces the lean of the root at the next vertex of the route.
+    fn reduce_next_lean(&mut self, context: &StageContext<'_>, done: usize) -> Progress {
+        let context = StageContext { postures: self.postures.all(), ..*context };
+        self.run.activity = if reduce_lean(&mut self.route, &context, done) {
+            Activity::ReducingLean { done: done + 1 }
+        } else {
+            Activity::Labelling
+        };
         Progress::Growing
     }
 
@@ -298,6 +348,11 @@ impl RouteSearch {
     fn reset_trees(&mut self) {
         self.forest.placements.clear();
         self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
+        self.reset_vertices();
+    }
+
+    /// The same, but keeps all placements.
+    fn reset_vertices(&mut self) {
         for (tree, &end) in self.forest.trees.iter_mut().zip(&self.run.ends) {
             tree.set(&[Vertex { parent: 0, ..end }]);
         }
@@ -322,8 +377,11 @@ impl RouteSearch {
 
     /// Begins a branch from a vertex of a tree toward a vertex of the other tree.
     fn join(&mut self, Join { tree, tip, other, heading_offset }: Join) {
-        let target = self.forest.trees[1 - tree][other as usize].pose;
-        let extension = self.extension(tree, target, heading_offset, true);
+        let Vertex { pose: target, posture, .. } = self.forest.trees[1 - tree][other as usize];
+        let extension = Extension {
+            target_posture: posture,
+            ..self.extension(tree, target, heading_offset, true)
+        };
         self.grow(
             BranchKind::Connect { tip, other },
             extension,
@@ -346,12 +404,19 @@ impl RouteSearch {
     ) -> Extension {
         Extension {
             target,
+            target_posture: UPRIGHT,
             backward: tree == 1,
             heading_offset,
             joins,
             condition: self.run.condition,
-            spacing: self.region.spacing,
+            spacing: self.spacing(),
         }
+    }
+
+    /// The distance between vertices, m.
+    fn spacing(&self) -> f64 {
+        let is_leaning = self.run.condition == RouteCondition::Leaning;
+        self.region.spacing * if is_leaning { LEANING_SPACING_SHARE } else { 1.0 }
     }
 
     /// Removes the branches that have ended. Returns the joins that follow them.
@@ -397,39 +462,40 @@ impl RouteSearch {
         let (tip, target, heading_offset) =
             sample(&mut self.forest.trees[tree], &request, samples / 2, &mut random);
         self.run.samples += 1;
-        let extension = self.extension(tree, target, heading_offset, false);
+        let target_posture = match self.run.condition {
+            RouteCondition::Leaning => random.below(self.postures.all().len()) as PostureId,
+            _ => UPRIGHT,
+        };
+        let extension =
+            Extension { target_posture, ..self.extension(tree, target, heading_offset, false) };
         self.grow(BranchKind::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
     }
 
     /// No route meets the condition: the search continues under the next one, with the same trees.
-    /// The first search continues in a wider region, up to the whole world, and fails without C_N
-    /// alone: a straight line is tried first. A detour fails without it too: another route is
-    /// cheaper.
+    /// The first search continues in a wider region before, up to the whole world. On a detour the
+    /// root leans only where it leans on the route.
     fn relax(&mut self) {
-        let is_first = self.run.generation == 0;
-        let condition = self.run.condition;
-        let next = match condition {
-            RouteCondition::UpperBody => RouteCondition::Root,
-            RouteCondition::Root if is_first && self.run.widen(&self.region.world) => return,
-            RouteCondition::Root
-                if !is_first && self.detour.between.is_none() && self.run.has_necessary =>
-            {
-                RouteCondition::Necessary
+        let (is_first, is_detour) = (self.run.generation == 0, self.detour.between.is_some());
+        let is_upright = self.run.condition == RouteCondition::Root;
+        if is_first && is_upright && self.run.widen(&self.region.world) {
+            return;
+        }
+        let may_lean = !is_detour || self.route.is_leaning();
+        match self.run.next_condition(is_detour, may_lean) {
+            Some(RouteCondition::Leaning) => self.lean(),
+            Some(next) => {
+                (self.run.condition, self.run.samples) = (next, 0);
+                self.connect_directly();
             }
-            RouteCondition::Root | RouteCondition::Necessary => {
-                self.run.activity = Activity::Over(Progress::Exhausted);
-                return;
-            }
-        };
-        (self.run.condition, self.run.samples) = (next, 0);
-        self.connect_directly();
+            None => self.run.activity = Activity::Over(Progress::Exhausted),
+        }
     }
 
     /// A tree is full: the search restarts under the next condition, which may need fewer vertices.
     /// If it already did, the first search restarts in its wider region with other samples;
     /// otherwise it is over.
     fn overflow(&mut self) {
-        if self.run.condition == RouteCondition::Necessary {
+        if self.run.condition >= RouteCondition::Leaning {
             self.run.activity = Activity::Over(Progress::Exhausted);
         } else if self.run.condition == RouteCondition::UpperBody {
             self.reset_trees();
@@ -460,7 +526,11 @@ impl RouteSearch {
                 return self.connect(tree, tip, other);
             }
             (Some(BranchEnd::TooLong), _) => {}
-            _ => self.joins.next.extend(self.join_after(self.joins.merged, (tree, tip))),
+            _ => self.joins.next.extend(join_after(
+                (&self.forest, &self.run),
+                &self.branches.all()[self.joins.merged],
+                (tree, tip),
+            )),
         }
         self.joins.merged += 1;
     }
@@ -478,34 +548,6 @@ impl RouteSearch {
             self.forest.label_edge((tree, tip), context);
         }
         Some(tip)
-    }
-
-    /// The join that follows a branch that ended at a tip. After a branch toward a sample, or the
-    /// first branch, the other tree grows toward its tip. After a branch toward the other tree with
-    /// the heading offset of the route, it is tried again with a sidestep.
-    fn join_after(&self, branch: usize, (tree, tip): (usize, u32)) -> Option<Join> {
-        let Branch { kind, extension, ref grown, .. } = self.branches.all()[branch];
-        if let BranchKind::Connect { other, .. } = kind
-            && extension.heading_offset == self.run.heading_offset
-            && self.run.may_sidestep()
-        {
-            let heading_offset = SIDES[self.run.samples as usize / 2 % SIDES.len()];
-            return Some(Join { tree, tip, other, heading_offset });
-        }
-        let reaches_out = !grown.is_empty()
-            && (matches!(kind, BranchKind::Sample { .. }) || self.run.samples == 0 && tree == 0);
-        reaches_out.then(|| {
-            let Vertex { pose: at, heading_offset, .. } = self.forest.trees[tree][tip as usize];
-            let other_tree = &self.forest.trees[1 - tree];
-            let near = other_tree.nearest(|pose| pose.distance(&at));
-            let is_alike = other_tree[near as usize].heading_offset == heading_offset;
-            Join {
-                tree: 1 - tree,
-                tip: near,
-                other: tip,
-                heading_offset: if is_alike { heading_offset } else { self.run.heading_offset },
-            }
-        })
     }
 
     /// Labels the next edge of the route.

@@ -47,7 +47,11 @@ impl RouteShortcuts {
             let [from, to] = ends_of_shortcut(name, index, vertex_count, span_max);
             branches.begin(BranchRequest {
                 kind: BranchKind::Shortcut { from, to },
-                extension: Extension { target: route.pose(to), ..extension },
+                extension: Extension {
+                    target: route.pose(to),
+                    target_posture: route.vertices[to].posture,
+                    ..extension
+                },
                 from: route.vertices[from],
                 vertices_max: to - from - 1,
             });

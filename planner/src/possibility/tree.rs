@@ -5,6 +5,7 @@ use std::ops::{Deref, DerefMut};
 use crate::base::arena::{ArenaSlice, reserve, slice_at};
 use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::root_vertex::{PostureId, RootVertex, UPRIGHT};
 use crate::possibility::tuning::NEIGHBOUR_RADIUS;
 
 /// A vertex of a tree.
@@ -25,11 +26,18 @@ pub(crate) struct Vertex {
     pub is_traversed: bool,
     /// Heading of the robot relative to the walking direction, rad.
     pub heading_offset: f64,
+    /// The root posture there.
+    pub posture: PostureId,
     /// Number of vertices of its tree near it, plus samples drawn around it.
     pub neighbour_count: u32,
 }
 
 impl Vertex {
+    /// Its root pose.
+    pub(crate) fn root_vertex(&self) -> RootVertex {
+        RootVertex { pose: self.pose, posture: self.posture }
+    }
+
     /// A vertex without placements that is its own parent.
     pub(crate) fn root(pose: MidFeetPose, pair: Option<FootPair>) -> Self {
         Self {
@@ -41,6 +49,7 @@ impl Vertex {
             is_upright: true,
             is_traversed: false,
             heading_offset: 0.0,
+            posture: UPRIGHT,
             neighbour_count: 0,
         }
     }
@@ -134,13 +143,22 @@ pub struct Tip<'a> {
     pub pose: &'a MidFeetPose,
     /// The placements there; empty if they are not known.
     pub placements: &'a [FootPlacement],
+    /// The root posture there.
+    pub posture: PostureId,
+}
+
+impl Tip<'_> {
+    /// The tip's root pose.
+    pub(crate) fn root(&self) -> RootVertex {
+        RootVertex { pose: *self.pose, posture: self.posture }
+    }
 }
 
 /// The tip at a vertex, with all its placements if they are kept, else with its pair.
 pub(crate) fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [FootPlacement]) -> Tip<'a> {
     let kept = slice_at(placements, vertex.placements);
     let known = if kept.is_empty() { vertex.pair.as_ref().map_or(kept, |pair| pair) } else { kept };
-    Tip { pose: &vertex.pose, placements: known }
+    Tip { pose: &vertex.pose, placements: known, posture: vertex.posture }
 }
 
 /// Appends a vertex and its ancestors to `out`, the root last, up to the capacity of `out`.

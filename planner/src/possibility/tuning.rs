@@ -46,6 +46,37 @@ pub(crate) const SOLE_CLEARANCE: f64 = 0.05;
 /// Half the thickness of the box from a hip to a sole in the test of the legs, m.
 pub(crate) const LEG_HALF_WIDTH: f64 = 0.005;
 
+// Root postures.
+
+/// Smallest and largest leg extension of a root posture, as a share of the standing one.
+pub(crate) const POSTURE_LEG_EXTENSIONS: [f64; 2] = [0.6, 1.03];
+/// Smallest and largest forward pitch of the root in a posture, rad.
+pub(crate) const POSTURE_PITCHES: [f64; 2] = [-0.35, 1.3];
+/// Smallest and largest roll of the root in a posture, rad: beyond half a radian the hips of most
+/// humanoids end.
+pub(crate) const POSTURE_ROLLS: [f64; 2] = [-0.5, 0.5];
+/// Offsets of the swing foot ahead of the stance foot at which a root posture is tested, m: a robot
+/// that bends far takes short steps.
+pub(crate) const POSTURE_TEST_STRIDES: [f64; 1] = [0.0];
+/// Distance between vertices where the root leans, as a share of that elsewhere.
+pub(crate) const LEANING_SPACING_SHARE: f64 = 0.5;
+/// Most root postures that are kept.
+pub(crate) const POSTURES_MAX: usize = 1024;
+/// Root postures that are tried for each search that needs them; about half are feasible.
+pub(crate) const POSTURES_TRIED: u64 = 512;
+/// Root postures that are tried at a vertex.
+pub(crate) const POSTURES_PER_VERTEX: usize = 48;
+/// Cost of a change of posture, relative to that of leaning.
+pub(crate) const POSTURE_CHANGE_COST: f64 = 0.5;
+/// Passes over a route that reduce the lean at each vertex.
+pub(crate) const LEAN_PASSES: usize = 3;
+/// Once a world has asked for leaning, one of this many other routes is tried upright first.
+pub(crate) const UPRIGHT_EVERY: u64 = 3;
+/// Longest distance between two tests of the root along an edge, m.
+pub(crate) const ROOT_TEST_STEP: f64 = 0.06;
+/// Largest turn of the root between two tests along an edge, rad.
+pub(crate) const ROOT_TEST_TURN: f64 = 0.12;
+
 // Samples.
 
 /// Samples drawn under C_S, and as many under C_N alone, for each [`SAMPLED_LENGTH`] of the region.
@@ -158,5 +189,7 @@ pub(crate) const INFEASIBLE_COST: f64 = 3.0;
 pub(crate) const NEIGHBOUR_COST: f64 = 1.0;
 /// Cost of a change to a neighbouring crouch.
 pub(crate) const CHANGE_COST: f64 = 0.5;
+/// Offsets to the left of the route at which the trunk is tested, m.
+pub(crate) const TRUNK_OFFSETS: [f64; 3] = [0.0, 0.15, -0.15];
 /// Crouches or vertices that are evaluated in parallel.
 pub(crate) const CROUCH_BATCH_MAX: usize = 32;

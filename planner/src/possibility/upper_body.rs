@@ -35,6 +35,8 @@ pub struct UpperBody {
     is_core: Vec<bool>,
     /// For each link: whether no leg moves it.
     is_upper: Vec<bool>,
+    /// For each link: whether it belongs to the trunk, which moves with the root and the waist.
+    is_trunk: Vec<bool>,
     /// The root in the mid-feet frame, the robot upright.
     mid_feet_from_root: Pose,
     root_from_hips: [DVec3; 2],
@@ -49,12 +51,16 @@ impl UpperBody {
             (0..model.links.len()).map(|link| standing.world_from_link(robot, link)).collect();
         let mut is_core = vec![true; model.links.len()];
         let mut is_upper = vec![true; model.links.len()];
+        let mut is_trunk = vec![true; model.links.len()];
         for (index, link) in model.links.iter().enumerate() {
             let Some(attachment) = &link.parent else { continue };
             let in_a_leg = |joint: usize| {
                 robot.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == joint))
             };
+            let in_trunk =
+                |joint: usize| robot.trunk_joints.iter().any(|known| known.index == joint);
             is_core[index] = is_core[attachment.parent] && attachment.joint.is_none();
+            is_trunk[index] = is_trunk[attachment.parent] && attachment.joint.is_none_or(in_trunk);
             is_upper[index] =
                 is_upper[attachment.parent] && !attachment.joint.is_some_and(in_a_leg);
         }
@@ -67,6 +73,7 @@ impl UpperBody {
             root_from_links,
             is_core,
             is_upper,
+            is_trunk,
             mid_feet_from_root: Pose::from_parts(upright * -middle, upright),
             root_from_hips,
         }
@@ -80,6 +87,11 @@ impl UpperBody {
     /// Whether the upper body is free at a root pose.
     pub fn is_free_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
         self.are_links_free(collision, world_from_root, &self.is_upper)
+    }
+
+    /// Whether the trunk is free at a root pose.
+    pub fn is_trunk_free(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
+        self.are_links_free(collision, world_from_root, &self.is_trunk)
     }
 
     /// The fit of the upper body at a pose.
@@ -109,6 +121,21 @@ impl UpperBody {
         pose: &MidFeetPose,
         world_from_soles: [&Pose; 2],
     ) -> bool {
+        UPPER_BODY_CROUCHES.iter().any(|&crouch| {
+            let world_from_root = pose.world_from_mid_feet() * self.crouched(crouch);
+            self.is_leg_free(collision, &world_from_root, world_from_soles)
+                && self.are_links_free(collision, &world_from_root, &self.is_core)
+        })
+    }
+
+    /// Whether a leg can extend down to the soles from a root pose: the line from a hip to its sole
+    /// or from the midpoint of the hips to that of the soles is free.
+    pub fn is_leg_free(
+        &self,
+        collision: &CollisionModel,
+        world_from_root: &Pose,
+        world_from_soles: [&Pose; 2],
+    ) -> bool {
         let soles = world_from_soles.map(|pose| *pose * (DVec3::Z * SOLE_CLEARANCE));
         let is_blocked = |from: DVec3, to: DVec3| {
             let offset = to - from;
@@ -120,17 +147,13 @@ impl UpperBody {
                 )
                 .is_some()
         };
-        UPPER_BODY_CROUCHES.iter().any(|&crouch| {
-            let world_from_root = pose.world_from_mid_feet() * self.crouched(crouch);
-            let hips = self.root_from_hips.map(|hip| world_from_root * hip);
-            let lines = [
-                (soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])),
-                (soles[0], hips[0]),
-                (soles[1], hips[1]),
-            ];
-            lines.iter().any(|&(sole, hip)| !is_blocked(sole, hip))
-                && self.are_links_free(collision, &world_from_root, &self.is_core)
-        })
+        let hips = self.root_from_hips.map(|hip| *world_from_root * hip);
+        let lines = [
+            (soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])),
+            (soles[0], hips[0]),
+            (soles[1], hips[1]),
+        ];
+        lines.iter().any(|&(sole, hip)| !is_blocked(sole, hip))
     }
 
     /// Whether both soles may be in reach at once in some crouch, by the reachable spaces R

@@ -14,6 +14,7 @@ use crate::foot_placement::foothold_query::FootholdQuery;
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::root_poses::RootPoses;
+use crate::possibility::root_vertex::{PostureId, RootPosture, UPRIGHT};
 use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tuning::{
     AWAY_FROM_TARGET_COST, FIT_STEP, FOOT_PLACEMENTS_MAX, HEIGHT_DIFFERENCE_COST,
@@ -39,6 +40,8 @@ pub struct StageContext<'a> {
     pub upper_body: &'a UpperBody,
     /// Reachable spaces, step limits and the range of primitives.
     pub preparation: &'a Preparation,
+    /// The root postures, once the world asks for them.
+    pub postures: &'a [RootPosture],
     /// The seed of all random streams.
     pub seed: u64,
     /// Ideal lateral distance between the soles, m.
@@ -67,6 +70,8 @@ pub struct VertexCandidate {
     pub pair: Option<FootPair>,
     /// Whether the upper body of the upright robot is free.
     pub is_upright: bool,
+    /// The root posture.
+    pub posture: PostureId,
 }
 
 /// Request for a vertex candidate.
@@ -85,7 +90,8 @@ pub struct VertexQuery {
 impl StageContext<'_> {
     /// Finds placements for both feet near a pose and moves the pose over the best pair of them:
     /// vertically, and laterally where the ground is narrow. `None` if the condition fails. Under
-    /// C_N alone a vertex may have no placements.
+    /// C_N alone a vertex may have no placements. The root posture of a leaning robot is chosen
+    /// with the edge, afterwards.
     pub fn find_candidate(
         &self,
         query: &VertexQuery,
@@ -97,6 +103,15 @@ impl StageContext<'_> {
         let placements = self.find_both_placements(query, scratch)?;
         let (position, pair, are_apart) = self.best_pair(query, &placements)?;
         let pose = MidFeetPose { position, yaw: query.pose.yaw };
+        if query.condition == RouteCondition::Leaning {
+            return Some(VertexCandidate {
+                pose,
+                placements,
+                pair: are_apart.then_some(pair),
+                is_upright: false,
+                posture: UPRIGHT,
+            });
+        }
         let [left, right] = &pair;
         let fit = self.upper_body.fit(&self.constraints.collision, &pose);
         let fits = fit >= fit_min(query.condition)
@@ -110,6 +125,7 @@ impl StageContext<'_> {
             placements,
             pair: are_apart.then_some(pair),
             is_upright: fit == UpperBodyFit::Upright,
+            posture: UPRIGHT,
         })
     }
 
@@ -130,6 +146,7 @@ impl StageContext<'_> {
             placements,
             pair,
             is_upright: false,
+            posture: UPRIGHT,
         })
     }
 
@@ -305,6 +322,8 @@ impl StageContext<'_> {
 fn fit_min(condition: RouteCondition) -> UpperBodyFit {
     match condition {
         RouteCondition::UpperBody => UpperBodyFit::Crouched,
-        RouteCondition::Root | RouteCondition::Necessary => UpperBodyFit::Core,
+        RouteCondition::Root | RouteCondition::Leaning | RouteCondition::Necessary => {
+            UpperBodyFit::Core
+        }
     }
 }

@@ -238,7 +238,7 @@ fn choose(
     let [yaw_spread, roll_spread, pitch_spread] = ROTATION_SPREADS;
     let rotation = rotation_about(DVec3::Z, heading + jitter(yaw_spread))
         * rotation_from_rpy(
-            base_roll - side * roll + jitter(roll_spread),
+            base_roll - side * roll + crouch.roll + jitter(roll_spread),
             base_pitch + pitch + crouch.pitch + jitter(pitch_spread),
             0.0,
         );

@@ -1,4 +1,4 @@
-//! Crouch: leg extension and pitch of the trunk under an obstacle.
+//! Crouch: leg extension, pitch and roll of the trunk under and beside obstacles.
 
 use crate::robot::tuning::LEG_EXTENSION_PER_RADIAN;
 
@@ -9,15 +9,24 @@ pub struct Crouch {
     pub leg_extension: f64,
     /// Forward lean of the root, rad.
     pub pitch: f64,
+    /// Lean of the root to the right, rad.
+    pub roll: f64,
 }
 
 impl Crouch {
     /// The upright posture.
-    pub const UPRIGHT: Self = Self { leg_extension: 1.0, pitch: 0.0 };
+    pub const UPRIGHT: Self = Self { leg_extension: 1.0, pitch: 0.0, roll: 0.0 };
 
     /// Distance from upright: 1 equals fully bent legs or a lean of 2 rad.
     pub fn depth(&self) -> f64 {
-        1.0 - self.leg_extension + LEG_EXTENSION_PER_RADIAN * self.pitch
+        1.0 - self.leg_extension + LEG_EXTENSION_PER_RADIAN * (self.pitch.abs() + self.roll.abs())
+    }
+
+    /// Distance from another crouch, in the same measure.
+    pub fn distance(&self, other: &Self) -> f64 {
+        let [pitch, roll] = [self.pitch - other.pitch, self.roll - other.roll];
+        (self.leg_extension - other.leg_extension).abs()
+            + LEG_EXTENSION_PER_RADIAN * (pitch.abs() + roll.abs())
     }
 
     /// The deeper of two crouches.

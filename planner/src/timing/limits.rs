@@ -6,7 +6,7 @@ use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 
 use crate::timing::tuning::{
-    CHECKED_EFFORT_PART, COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGIN,
+    CHECKED_EFFORT_PART, COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGINS,
 };
 
 /// Limits of a robot's joints in a timed plan. Unused joints have infinite limits.
@@ -77,7 +77,7 @@ const POSITION_ROUNDING: f64 = 5e-7;
 /// cannot stand within the first level is timed within the first one in which it can.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// The centre of pressure 1 cm and 12 % of the sole's width inside.
+    /// The centre of pressure 1.2 cm and 12 % of the sole's width inside.
     Full,
     /// The centre of pressure 1 cm inside.
     NarrowSole,
@@ -105,8 +105,8 @@ impl Level {
     pub fn cop_margin(self, width: f64) -> f64 {
         match self {
             Self::Full => COP_MARGIN_MIN.max(COP_WIDTH_SHARE * width),
-            Self::NarrowSole => COP_MARGIN_MIN,
-            Self::Bare | Self::Unsupported => RELAXED_COP_MARGIN,
+            Self::NarrowSole => RELAXED_COP_MARGINS[0],
+            Self::Bare | Self::Unsupported => RELAXED_COP_MARGINS[1],
         }
     }
 

@@ -40,9 +40,12 @@ const fn variant(world: (&'static str, f64), without: Option<Resort>, live_route
 
 const PILLORY: (&str, f64) = ("pillory", 3.0);
 const PEGS: (&str, f64) = ("pegs", 4.5);
+const LOW_BEAM: (&str, f64) = ("low_beam", 4.3);
 const DEAD_END: (&str, f64) = ("dead_end", 5.3);
 /// Each world with the last resort that it needs, and without; a dead end with more live routes.
-const VARIANTS: [Variant; 7] = [
+const VARIANTS: [Variant; 9] = [
+    variant(LOW_BEAM, None, 1),
+    variant(LOW_BEAM, Some(Resort::LeaningRoot), 1),
     variant(PILLORY, None, 1),
     variant(PILLORY, Some(Resort::GoalPostures), 1),
     variant(PEGS, None, 1),

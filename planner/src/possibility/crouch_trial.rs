@@ -1,0 +1,107 @@
+//! Whether the robot can stand in a crouch, on both feet and on each.
+
+use glam::{DQuat, DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::rotation_from_rpy;
+
+use crate::base::threads::Threads;
+use crate::constraints::constraints::Constraints;
+use crate::geometry::convex_region::ConvexRegion;
+use crate::possibility::upper_body::UpperBody;
+use crate::robot::configuration::Configuration;
+use crate::robot::crouch::Crouch;
+use crate::robot::gravity_torques::{FootLoad, effort_use};
+use crate::robot::kinematic_state::KinematicState;
+use crate::robot::posture_ik::{Posture, solve_posture};
+use crate::robot::single_support::SingleSupportPosture;
+
+/// Read-only inputs of trials of crouches.
+#[derive(Debug, Clone, Copy)]
+pub struct CrouchContext<'a> {
+    /// The robot and the world.
+    pub constraints: &'a Constraints,
+    /// The upper body.
+    pub upper_body: &'a UpperBody,
+    /// The threads.
+    pub threads: &'a Threads,
+}
+
+/// The robot in a crouch on level ground, in the mid-feet frame.
+pub(crate) struct CrouchTrial<'a> {
+    constraints: &'a Constraints,
+    mid_feet_from_upright: DQuat,
+    mid_feet_from_soles: [Pose; 2],
+    crouch: Crouch,
+}
+
+impl<'a> CrouchTrial<'a> {
+    /// A robot in a crouch.
+    pub fn new(constraints: &'a Constraints, upper_body: &UpperBody, crouch: Crouch) -> Self {
+        let robot = &constraints.robot;
+        let upright = upper_body.mid_feet_from_root();
+        let mid_feet_from_soles =
+            [0, 1].map(|limb| upright * robot.legs[limb].root_from_sole(&robot.standing_q));
+        Self { constraints, mid_feet_from_upright: upright.rotation, mid_feet_from_soles, crouch }
+    }
+
+    /// The root in double support; `None` if the crouch is infeasible.
+    pub fn mid_feet_from_root(&self) -> Option<Pose> {
+        let [left, right] = [0, 1].map(|limb| self.ankle_support_region(limb));
+        let com =
+            ConvexRegion::hull(left.vertices().iter().chain(right.vertices()).copied()).centroid();
+        let (configuration, _) = self.solve(
+            &self.mid_feet_from_soles,
+            &SingleSupportPosture::standing(self.constraints.robot.standing_q),
+            com,
+        )?;
+        Some(configuration.world_from_root)
+    }
+
+    /// The ankle support region of a foot, in the mid-feet frame.
+    fn ankle_support_region(&self, limb: usize) -> ConvexRegion {
+        self.constraints.robot.soles[limb].ankle_support_region(&self.mid_feet_from_soles[limb])
+    }
+
+    /// Number of infeasible single-support stances, the other foot ahead by one of `strides`, m.
+    pub fn failures(&self, strides: &[f64]) -> u32 {
+        let stances = [0, 1].into_iter().flat_map(|limb| strides.iter().map(move |&x| (limb, x)));
+        stances.filter(|&(limb, stride)| !self.is_feasible_on(limb, stride)).count() as u32
+    }
+
+    /// Whether the crouch is feasible on foot `limb`, the other foot `stride` metres ahead.
+    fn is_feasible_on(&self, limb: usize, stride: f64) -> bool {
+        let mut soles = self.mid_feet_from_soles;
+        soles[1 - limb].translation += stride * DVec3::X;
+        let com = self.ankle_support_region(limb).centroid();
+        let solved = self.solve(&soles, &self.constraints.single_support_postures[limb], com);
+        solved.is_some_and(|(_, kinematic_state)| {
+            effort_use(
+                &self.constraints.robot.mass_tree,
+                &kinematic_state,
+                &FootLoad::all_on(limb, com),
+            ) <= 1.0
+        })
+    }
+
+    /// The configuration on given soles with its centre of mass at `com` (world, m); `None` if none
+    /// exists or links collide with each other.
+    fn solve(
+        &self,
+        soles: &[Pose; 2],
+        single_support: &SingleSupportPosture,
+        com: DVec2,
+    ) -> Option<(Configuration, KinematicState)> {
+        let [roll, pitch] = single_support.rotation;
+        let world_from_root = self.mid_feet_from_upright
+            * rotation_from_rpy(roll + self.crouch.roll, pitch + self.crouch.pitch, 0.0);
+        let posture = Posture {
+            world_from_root,
+            leg_extension: self.crouch.leg_extension
+                * self.constraints.robot.standing_leg_extension,
+            com,
+        };
+        let solved =
+            solve_posture(&self.constraints.robot, soles, &posture, single_support.q).ok()?;
+        self.constraints.collision.self_hit(&solved.1).is_none().then_some(solved)
+    }
+}
