@@ -178,7 +178,7 @@ fn a_ceiling_over_the_route_is_reported_as_the_bottleneck() {
 
 #[test]
 fn a_damaged_plan_is_refused_with_its_location() {
-    let walk = Walk::of("flat_walk", &["--quiet"]);
+    let walk = Walk::of("flat_walk", &["--quiet", "--motion", "quasi_static"]);
     let turned = walk.damaged(|plan| {
         let names = plan["joint_names"].as_array().unwrap();
         let knees: Vec<usize> = (0..names.len())

@@ -3,7 +3,7 @@
 use crate::geometry::bvh::Aabb;
 use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tree::Vertex;
-use crate::possibility::tuning::{BRANCHES_MAX, WIDENINGS_MAX};
+use crate::possibility::tuning::{BRANCHES_MAX, LEANING_SAMPLES_DIVISOR, WIDENINGS_MAX};
 use crate::possibility::vertex_sampling::{bounds_around, is_short, samples_max, widened};
 
 /// Result of an advance of the search.
@@ -182,6 +182,12 @@ impl Run {
             RouteCondition::Leaning => 1 << 47,
             RouteCondition::Necessary => 1 << 48,
         }
+    }
+
+    /// Most samples under the condition.
+    pub fn samples_max(&self) -> u32 {
+        let all = samples_max(&self.bounds);
+        if self.condition == RouteCondition::Leaning { all / LEANING_SAMPLES_DIVISOR } else { all }
     }
 
     /// Whether the robot may sidestep: once half of the samples are spent. In a long region only

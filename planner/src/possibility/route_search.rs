@@ -29,7 +29,7 @@ use crate::possibility::tuning::{
     SAMPLES_PER_BRANCH,
 };
 use crate::possibility::vertex_candidates::StageContext;
-use crate::possibility::vertex_sampling::{BACKWARD, SampleRequest, sample, samples_max};
+use crate::possibility::vertex_sampling::{BACKWARD, SampleRequest, sample};
 use crate::robot::crouch::Crouch;
 
 /// Limits of the trees.
@@ -437,7 +437,7 @@ impl RouteSearch {
             (PARALLEL_BRANCHES_MIN + (self.run.samples / SAMPLES_PER_BRANCH) as usize)
                 .min(BRANCHES_MAX)
         };
-        while self.branches.len() < count_max && self.run.samples < samples_max(&self.run.bounds) {
+        while self.branches.len() < count_max && self.run.samples < self.run.samples_max() {
             self.sample(seed);
         }
         if self.branches.len() == 0 {
