@@ -81,7 +81,7 @@ pub(crate) const ROOT_TEST_TURN: f64 = 0.12;
 
 /// Samples drawn under C_S, and as many under C_N alone, for each [`SAMPLED_LENGTH`] of the region.
 pub(crate) const REGION_SAMPLES_MAX: f64 = 384.0;
-/// Share of the samples that a search with leaning roots draws, as a divisor: its vertices cost more.
+/// A search with leaning roots draws this part of the samples: its vertices cost more.
 pub(crate) const LEANING_SAMPLES_DIVISOR: u32 = 4;
 /// Length of a region for which [`REGION_SAMPLES_MAX`] samples suffice, m.
 pub(crate) const SAMPLED_LENGTH: f64 = 10.0;
