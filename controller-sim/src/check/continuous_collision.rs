@@ -273,7 +273,7 @@ impl ContinuousCollision<'_> {
         if !is_at_most(displacement, RESOLUTION) {
             return Ok(false);
         }
-        // What is known may be less than the distance.
+        // The bound may be less than the distance.
         let (at_start, at_end) = if is_known {
             (
                 self.distance(interval.waypoint, ends.0, pair, displacement)?,

@@ -25,7 +25,7 @@ const NAME: u64 = 1 << 43;
 
 /// Where a foothold is moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Aim {
+enum Shift {
     /// Anywhere within this distance along each axis, m.
     Random(f64),
     /// Towards the middle between the places of its foot before and after it.
@@ -34,7 +34,7 @@ enum Aim {
     Aside,
 }
 
-impl Aim {
+impl Shift {
     const KINDS: usize = 4;
 
     fn of(kind: usize) -> Self {
@@ -94,7 +94,7 @@ impl Walk {
         swing: usize,
         random: &mut Random,
     ) -> Result<bool, ArenaFull> {
-        let aim = Aim::of(random.below(Aim::KINDS));
+        let aim = Shift::of(random.below(Shift::KINDS));
         let known = self.landing(&search.roadmap.graph, swing);
         if is_at_an_end(&search.roadmap, known) {
             return Ok(false);
@@ -123,7 +123,7 @@ impl Walk {
         &self,
         context: &PlanningContext,
         roadmap: &Roadmap,
-        (swing, aim): (usize, Aim),
+        (swing, aim): (usize, Shift),
         random: &mut Random,
     ) -> Option<Pose> {
         let graph = &roadmap.graph;
@@ -133,8 +133,8 @@ impl Walk {
         let here = pose(landing);
         let part = random.uniform(0.0, PART_MAX);
         match aim {
-            Aim::Random(shift) => Some(nearby(&here, shift, random)),
-            Aim::Between => {
+            Shift::Random(shift) => Some(nearby(&here, shift, random)),
+            Shift::Between => {
                 let from = match boundary_of(self.nodes[swing]) {
                     Some(boundary) => {
                         roadmap.boundary(boundary).footholds[footholds[landing as usize].limb]
@@ -146,7 +146,7 @@ impl Walk {
                 let middle = 0.5 * (pose(from).translation + pose(to).translation);
                 Some(Pose::from_parts(here.translation.lerp(middle, part), here.rotation))
             }
-            Aim::Aside => {
+            Shift::Aside => {
                 let stance = graph.transitions()[self.nodes[swing + 1] as usize].stance;
                 let stance = pose(stance);
                 let from_stance =

@@ -26,7 +26,7 @@ enum Task {
     Time,
 }
 
-/// What is known of a motion.
+/// Facts of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TrialFacts {
     /// Duration, s.

@@ -46,7 +46,7 @@ pub(crate) const JOINT_STEP_MAX: f64 = 0.3;
 /// Parts into which the curve between two points is divided to check it.
 pub(crate) const CURVE_PARTS: usize = 4;
 
-// Settled phases.
+// Final phases.
 
 /// Phases before the first one that is not checked yet that may still change. One that keeps its
 /// searched motion changes four before it; where these fail in turn, others before them. In walks
