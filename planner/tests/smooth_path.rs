@@ -5,14 +5,14 @@
 
 mod common;
 
-use common::{Case, run};
+use common::{Case, preparation_for, run};
 use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::mode::Mode;
 use surefoot_planner::plan::self_check::mode_of_contacts;
 use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_planner::timing::path_point::{PathPoint, PathSpan};
-use surefoot_planner::{Outcome, Planner};
+use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::{rotation_distance, scaled_axis_from_rotation};
 use surefoot_shared_types::config::planner::FOOT_DRIFT_MAX;
 
@@ -115,6 +115,23 @@ fn check_path(name: &str) -> [u64; 2] {
     let stats = planner.stats();
     assert_eq!([stats.beyond_limits, stats.without_stop], [0; 2], "{name}");
     [stats.rests, stats.searched_phases]
+}
+
+#[test]
+fn a_plan_made_in_parts_is_the_same() {
+    for name in ["ibeam_hallway", "beam_narrow"] {
+        let case = Case::smooth(name);
+        let preparation = preparation_for(&case.model, &case.scenario.planner);
+        let builder = Planner::builder(&case.model, &case.world, &case.scenario, preparation);
+        let mut parts = builder.in_parts().build().unwrap();
+        assert_eq!(parts.step_to_first_chunk(u64::MAX, &|| true), Status::Working, "{name}");
+        let first = parts.final_chunks().len();
+        assert!(first > 0, "{name}");
+        assert_eq!(run(&mut parts, u64::MAX), Outcome::Found, "{name}");
+        let whole = smooth_planner(name);
+        assert!(first < whole.chunks().len(), "{name}");
+        assert_eq!(parts.digest(), whole.digest(), "{name}");
+    }
 }
 
 #[test]

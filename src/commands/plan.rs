@@ -114,6 +114,7 @@ impl Run<'_> {
         let mut task = PlanningTask::first(&self.inputs);
         task.method = (self.arguments.method, self.arguments.samples.parameters());
         task.improve = self.arguments.search.improve;
+        task.in_parts = publisher.is_some();
         let mut totals = Totals::default();
         loop {
             let mut open = self.search(&mut task)?;

@@ -90,6 +90,17 @@ pub enum PlannerError {
     },
 }
 
+/// How the chunks of a plan are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Making {
+    /// All of them are final at the end.
+    Whole,
+    /// The first ones are final before the last ones are made.
+    InParts,
+    /// The plan is improved with this work.
+    Improved { work: u64 },
+}
+
 /// The inputs of a planner. [`Planner::builder`] sets the required ones.
 #[derive(Debug, Clone)]
 pub struct PlannerBuilder<'a> {
@@ -107,7 +118,7 @@ pub struct PlannerBuilder<'a> {
     /// Sole poses with half the sides (m) of the rectangle around each.
     keep_out: Vec<(Pose, [f64; 2])>,
     method: (Method, MethodParameters),
-    improvement_work: u64,
+    making: Making,
 }
 
 impl Planner {
@@ -131,7 +142,7 @@ impl Planner {
             retrace: (&[], 0),
             keep_out: Vec::new(),
             method: (Method::Rpg, MethodParameters::default()),
-            improvement_work: 0,
+            making: Making::Whole,
         }
     }
 }
@@ -177,7 +188,18 @@ impl<'a> PlannerBuilder<'a> {
     /// whole search: other walks are made from it, and the one that takes the least time is the
     /// plan. 0 leaves the first plan as it is.
     pub fn improve(self, work: u64) -> Self {
-        Self { improvement_work: work, ..self }
+        if work == 0 { self } else { Self { making: Making::Improved { work }, ..self } }
+    }
+
+    fn improvement_work(&self) -> u64 {
+        if let Making::Improved { work } = self.making { work } else { 0 }
+    }
+
+    /// Makes the first chunks of a smooth plan final while the rest of it is made, so that they can
+    /// be sent. It is the same plan, unless no smooth motion continues the part that is final
+    /// ([`Outcome::NoContinuation`]). A plan that is improved is never made in parts.
+    pub fn in_parts(self) -> Self {
+        if self.making == Making::Whole { Self { making: Making::InParts, ..self } } else { self }
     }
 
     /// Keeps soles out of a rectangle with these half sides (m) around a sole pose; see
@@ -218,16 +240,16 @@ impl<'a> PlannerBuilder<'a> {
             shortcuts: ShortcutStage::new(edges_max),
             smooth_path: SmoothPathStage::new(
                 self.scenario.execution.motion == MotionKind::Smooth,
-                self.improvement_work == 0,
+                self.making == Making::InParts,
                 edges_max,
                 config.waypoints_max as usize,
             ),
             chunks: ChunkStage::new(
                 self.chunks(&context),
                 self.timing(config.waypoints_max as usize),
-                (self.improvement_work > 0).then(|| self.chunks(&context)),
+                (self.improvement_work() > 0).then(|| self.chunks(&context)),
             ),
-            improvement: ImprovementStage::new(self.improvement_work, edges_max, self.trial()),
+            improvement: ImprovementStage::new(self.improvement_work(), edges_max, self.trial()),
             method,
         };
         let joint_names = self.model.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -314,7 +336,7 @@ impl<'a> PlannerBuilder<'a> {
 
     /// The motion of parts of a plan that are tried, if smooth plans are improved.
     fn trial(&self) -> Option<TrialMotion> {
-        let is_wanted = self.improvement_work > 0;
+        let is_wanted = self.improvement_work() > 0;
         is_wanted.then(|| self.timing(trial_motion::POINTS_MAX)).flatten().map(TrialMotion::new)
     }
 

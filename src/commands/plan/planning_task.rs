@@ -54,6 +54,8 @@ pub(crate) struct PlanningTask {
     pub(crate) method: (Method, MethodParameters),
     /// Work units that improve each plan.
     pub(crate) improve: u64,
+    /// Whether chunks are sent while the plan is made.
+    pub(crate) in_parts: bool,
 }
 
 impl PlanningTask {
@@ -71,6 +73,7 @@ impl PlanningTask {
             epoch: 0,
             method: (Method::Rpg, MethodParameters::default()),
             improve: 0,
+            in_parts: false,
         }
     }
 
@@ -168,6 +171,9 @@ impl PlanningTask {
             .method(self.method.0, self.method.1)
             .improve(self.improve)
             .plan_name(self.plan_id, self.epoch);
+        if self.in_parts {
+            builder = builder.in_parts();
+        }
         if let Some(rest_state) = &self.rest_state {
             builder = builder.start_in(rest_state).retrace(&self.walked, self.retrace_depth);
         }

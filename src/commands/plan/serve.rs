@@ -208,6 +208,7 @@ impl Server<'_> {
             Ok(task) => {
                 (self.task, self.replans) = (task, 0);
                 self.task.improve = self.arguments.search.improve;
+                self.task.in_parts = true;
                 Ok(Event::Requested)
             }
             Err(end) => Ok(self.finish_as(end)),
