@@ -4,10 +4,10 @@
 //! the ends of an interval in which no point moves more than `w` relative to the other body, it
 //! never falls below `(d0 + d1 - w) / 2`. Where that does not show that a pair stays clear, and no
 //! nearer than the smallest distance so far, the interval is halved for this pair, down to a motion
-//! of [`RESOLUTION`]; then the bound counts as the distance, or 0 where both ends of the motion are
-//! clear. For the same reason a distance known at an earlier instant, less the motion since then,
-//! bounds the distance at every later instant: a pair is measured only where this bound is not
-//! enough.
+//! of [`RESOLUTION`] or, of a clear pair, [`MARGIN_SHARE`] of that distance; then the bound counts as
+//! the distance, or 0 where both ends of the motion are clear. For the same reason a distance known
+//! at an earlier instant, less the motion since then, bounds the distance at every later instant: a
+//! pair is measured only where this bound is not enough.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -19,7 +19,7 @@ use crate::check::allowed_pairs::{JointRange, SelfPair, advice};
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
-use crate::check::tuning::{LOOK_AHEAD, RESOLUTION};
+use crate::check::tuning::{LOOK_AHEAD, MARGIN_SHARE, RESOLUTION};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::{body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
@@ -72,10 +72,10 @@ impl BodyPair {
         -penetration_max - self.allowed_depth
     }
 
-    /// The lowest signed distance that needs no closer look, m; `worst` is the smallest so far.
+    /// The lowest bound over a motion that needs no closer look, m; `worst` is the smallest distance
+    /// so far. Where links touch, only the tolerance counts.
     fn needed(&self, penetration_max: f64, worst: f64) -> f64 {
-        let deepest = self.deepest(penetration_max);
-        if self.measured { worst.max(deepest) } else { deepest }
+        if self.measured && worst > 0.0 { worst } else { self.deepest(penetration_max) }
     }
 
     /// Whether all configurations between these two leave nothing to check.
@@ -102,7 +102,8 @@ pub struct ContinuousCollision<'a> {
     pub check: Check,
     /// The deepest overlap allowed, m.
     pub penetration_max: f64,
-    /// A lower bound on the smallest distance so far, at most half of [`RESOLUTION`] less, m.
+    /// A lower bound on the smallest distance so far, less by at most half of [`RESOLUTION`] or of
+    /// [`MARGIN_SHARE`] of it, m; where links touch or overlap, the smallest measured one.
     pub worst: f64,
 }
 
@@ -169,7 +170,7 @@ impl ContinuousCollision<'_> {
         let (penetration_max, worst) = (self.penetration_max, self.worst);
         let mut near = Vec::new();
         for (index, pair) in self.pairs.iter_mut().enumerate() {
-            let needed = pair.needed(penetration_max, worst);
+            let needed = if pair.measured { worst } else { pair.deepest(penetration_max) };
             let at_end = pair.bound - displacements[index];
             if is_at_most(needed, at_end) || pair.is_walked(interval.start, interval.end) {
                 pair.bound = at_end;
@@ -270,7 +271,8 @@ impl ContinuousCollision<'_> {
         if is_at_most(self.pairs[pair].needed(self.penetration_max, self.worst), lowest) {
             return Ok(true);
         }
-        if !is_at_most(displacement, RESOLUTION) {
+        let coarse = if is_at_most(deepest, lowest) { MARGIN_SHARE * self.worst } else { 0.0 };
+        if !is_at_most(displacement, RESOLUTION.max(coarse)) {
             return Ok(false);
         }
         // The bound may be less than the distance.
@@ -464,9 +466,9 @@ mod tests {
             match scene.checked(&motion) {
                 // Of short motions only the ends are measured, so the bound may be a little less.
                 Ok(checked) => {
-                    let least = sampled - 0.5 * RESOLUTION - SAMPLING;
-                    let deeper = if checked > 0.0 { 1e-9 } else { 0.5 * RESOLUTION };
-                    assert!((least..=sampled + deeper).contains(&checked), "{case}: {checked}");
+                    let less = 0.5 * RESOLUTION.max(MARGIN_SHARE * sampled) + SAMPLING;
+                    let more = if checked > 0.0 { 1e-9 } else { PENETRATION_MAX + RESOLUTION };
+                    assert!((sampled - less..=sampled + more).contains(&checked), "{checked}");
                     assert!(sampled > -PENETRATION_MAX - RESOLUTION, "{case}: {sampled}");
                     clear += 1;
                 }

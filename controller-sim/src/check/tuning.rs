@@ -18,6 +18,9 @@ pub(crate) const SOLE_TURN_SPEED_MAX: f64 = 0.1;
 
 /// For motions up to this length (m) only their ends are measured.
 pub(crate) const RESOLUTION: f64 = 1e-3;
+/// The same as a share of the smallest distance so far, where the tolerance is kept in any case: a
+/// margin is printed less by half of this share at most.
+pub(crate) const MARGIN_SHARE: f64 = 0.05;
 /// A distance is measured up to what an interval needs and the motion of this many more, so that
 /// they need not be measured.
 pub(crate) const LOOK_AHEAD: f64 = 8.0;
