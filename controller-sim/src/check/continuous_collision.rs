@@ -4,10 +4,10 @@
 //! the ends of an interval in which no point moves more than `w` relative to the other body, it
 //! never falls below `(d0 + d1 - w) / 2`. Where that does not show that a pair stays clear, and no
 //! nearer than the smallest distance so far, the interval is halved for this pair, down to a motion
-//! of [`RESOLUTION`] or, of a clear pair, [`MARGIN_SHARE`] of that distance; then the bound counts as
-//! the distance, or 0 where both ends of the motion are clear. For the same reason a distance known
-//! at an earlier instant, less the motion since then, bounds the distance at every later instant: a
-//! pair is measured only where this bound is not enough.
+//! of [`RESOLUTION`] or, of a clear pair, [`MARGIN_SHARE`] of that distance; then the bound counts
+//! as the distance, or 0 where both ends of the motion are clear. For the same reason a distance
+//! known at an earlier instant, less the motion since then, bounds the distance at every later
+//! instant: a pair is measured only where this bound is not enough.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -72,8 +72,8 @@ impl BodyPair {
         -penetration_max - self.allowed_depth
     }
 
-    /// The lowest bound over a motion that needs no closer look, m; `worst` is the smallest distance
-    /// so far. Where links touch, only the tolerance counts.
+    /// The lowest bound over a motion that needs no closer look, m; `worst` is the smallest
+    /// distance so far. Where links touch, only the tolerance counts.
     fn needed(&self, penetration_max: f64, worst: f64) -> f64 {
         if self.measured && worst > 0.0 { worst } else { self.deepest(penetration_max) }
     }
