@@ -143,11 +143,7 @@ pub fn check_plan_in(
         ));
     }
     if parsed.is_smooth && plan.chunks.is_empty() {
-        checker = checker.keeping_default_accelerations();
-        notes.push(format!(
-            "the plan names no chunks, so it has no stops to be checked; accelerations stay within \
-             {ACCELERATION_DEFAULT} where the robot file states no limit"
-        ));
+        notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
     }
     notes.extend(checker.allowed_overlaps().iter().cloned());
     let endpoint = |block: &EndBlock, waypoint: &Waypoint| {
