@@ -145,18 +145,6 @@ impl ImprovementStage {
         Ok(Event::Continue)
     }
 
-    /// What follows where a walk has no smooth path: while a plan is improved, it is forgotten.
-    pub fn leave_walk(&mut self, search: &mut Search) -> Event {
-        if self.improvement.is_none() {
-            search.outcome = Some(Outcome::NoContinuation);
-            return Event::Blocked;
-        }
-        self.walks.draft.copy(&self.walks.best);
-        self.since = search.stats.work;
-        self.task = Task::Choose;
-        Event::Forgotten
-    }
-
     /// Takes the first plan. From here on the limit of the work ends the improvement.
     fn begin(&mut self, search: &mut Search, chunks: &mut ChunkStage) {
         chunks.keep(&search.stats);
@@ -342,12 +330,12 @@ impl ImprovementStage {
         if batch.failures[0] > 0 {
             self.task = Task::Propose;
         } else if next == tried.nodes.len() - 1 {
-            if self.trial.is_none() {
+            self.task = if self.trial.is_some() {
+                Task::Measure { is_tried: self.window.is_measured }
+            } else {
                 draft.copy(tried);
-            }
-            let is_tried = self.window.is_measured;
-            self.task =
-                if self.trial.is_none() { Task::Choose } else { Task::Measure { is_tried } };
+                Task::Choose
+            };
         }
         Ok(())
     }

@@ -129,10 +129,7 @@ impl Stages {
             Stage::Motions => MotionStage.step(context, search, budget),
             Stage::Recovery => self.recovery.step(context, search, budget),
             Stage::Shortcuts => self.shortcuts.step(context, search, budget),
-            Stage::SmoothPath => match self.smooth_path.step(context, search, budget)? {
-                Event::Blocked => Ok(self.improvement.leave_walk(search)),
-                event => Ok(event),
-            },
+            Stage::SmoothPath => self.smooth_path.step(context, search, budget),
             Stage::Chunks => {
                 let path = self.smooth_path.path();
                 self.chunks.step(context, search, path, budget)

@@ -20,7 +20,7 @@ const WORK_BEFORE_RELAXATION: u64 = 1_500;
 
 /// Of so many routes the first is replaced by one along which the root leans, where its trunk is
 /// not free.
-const LEANING_EVERY: u64 = 4;
+const REPLACED_EVERY: u64 = 4;
 
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
 /// must crouch, also chooses how far at each vertex. Gamma_P and the route stand in [`Search`].
@@ -271,7 +271,7 @@ fn is_doubtful(search: &Search) -> bool {
 fn is_leaning_due(search: &Search) -> bool {
     !search.segmentation.has_detour()
         && !search.guide.live.has_others()
-        && search.stats.routes % LEANING_EVERY == 1
+        && search.stats.routes % REPLACED_EVERY == 1
 }
 
 /// Prepares the other stages for a route that was found. Sweeps visit the vertices with placements

@@ -1,6 +1,7 @@
 //! Makes the smooth path of a complete plan: the motion that is timed and executed.
 
 use crate::base::capacity::ArenaFull;
+use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
@@ -70,6 +71,7 @@ impl SmoothPathStage {
             |smoother: &Smoother| smoother.is_over() || smoother.path().spans.len() > final_spans;
         while !is_paused(smoother) && stats.work - begin < budget {
             if smoother.is_blocked() {
+                search.outcome = Some(Outcome::NoContinuation);
                 return Ok(Event::Blocked);
             }
             if stats.work >= smoothed_until {

@@ -124,8 +124,6 @@ pub enum Event {
     NeedsPath,
     /// No smooth path continues the part that does not change any more.
     Blocked,
-    /// The walk that was tried has no smooth path: it is forgotten.
-    Forgotten,
     /// The plan is complete.
     Found,
 }

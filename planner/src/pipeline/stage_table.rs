@@ -20,7 +20,7 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
 
 /// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
 /// the work limit is reached.
-pub const TRANSITIONS: [Transition; 49] = [
+pub const TRANSITIONS: [Transition; 48] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),
     row(Stage::Endpoints, Event::OtherMethod, Stage::Method),
@@ -64,7 +64,6 @@ pub const TRANSITIONS: [Transition; 49] = [
     row(Stage::Shortcuts, Event::Done, Stage::SmoothPath),
     row(Stage::SmoothPath, Event::Done, Stage::Chunks),
     row(Stage::SmoothPath, Event::Blocked, Stage::Over),
-    row(Stage::SmoothPath, Event::Forgotten, Stage::Improvement),
     row(Stage::Chunks, Event::NeedsPath, Stage::SmoothPath),
     row(Stage::Chunks, Event::Found, Stage::Over),
     row(Stage::Chunks, Event::Improve, Stage::Improvement),

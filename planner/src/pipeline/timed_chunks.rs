@@ -13,7 +13,7 @@ use crate::timing::path_timing::{PathTiming, TimingStats};
 use crate::timing::stops::Stop;
 
 /// Work units of the limits at one point, and of one point in a profile.
-const UNITS_PER_POINT: u64 = 4;
+pub(crate) const UNITS_PER_POINT: u64 = 4;
 /// Pieces whose timing changes as more of the path is known.
 const OPEN_PIECES: usize = 2;
 /// Most intervals of a chunk that rests at every waypoint.

@@ -1,6 +1,7 @@
 //! The smooth motion along a few steps of a walk, from rest to rest: how long it takes.
 
 use crate::base::capacity::ArenaFull;
+use crate::pipeline::timed_chunks::UNITS_PER_POINT;
 use crate::smooth_path::smoother::{Smoother, SmoothingInputs};
 use crate::timing::path_timing::PathTiming;
 
@@ -8,8 +9,6 @@ use crate::timing::path_timing::PathTiming;
 pub(crate) const EDGES_MAX: usize = 64;
 /// Most points of its path.
 pub(crate) const POINTS_MAX: usize = 8_192;
-/// Work units of the limits at one point, and of one point in a timing.
-const UNITS_PER_POINT: u64 = 4;
 /// Points of a profile that is not rounded, for each work unit.
 const PROFILE_POINTS_PER_UNIT: u64 = 8;
 /// Largest work of the smoothing, relative to that of the part that is compared.
@@ -120,7 +119,7 @@ impl TrialMotion {
         let work_max = SMOOTHING_WORK_MAX * known.smoothing_work as f64;
         let mut spent = 0;
         while !self.smoother.is_over() && spent < budget {
-            if self.smoother.is_blocked() || self.smoothing_work as f64 > work_max {
+            if self.smoothing_work as f64 > work_max {
                 return Ok((spent, Trial::Rejected));
             }
             self.smoother.advance(inputs)?;

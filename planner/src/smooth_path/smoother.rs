@@ -223,18 +223,14 @@ impl Smoother {
             self.task = Task::WriteSearched { phase, next: 0 };
             return;
         }
+        let is_open = matches!(self.states[phase], PhaseState::Open | PhaseState::OpenFollowed);
         match self.grid(inputs, phase) {
             Some(grid) => {
                 self.check.begin(grid, self.rests_of(phase));
-                self.task = match self.states[phase] {
-                    PhaseState::Open | PhaseState::OpenFollowed => Task::Check { phase },
-                    _ => Task::Repeat { phase },
-                };
+                self.task = if is_open { Task::Check { phase } } else { Task::Repeat { phase } };
             }
-            None => match self.states[phase] {
-                PhaseState::Open | PhaseState::OpenFollowed => self.reject(inputs, phase),
-                _ => self.leave_unwritten(inputs, phase),
-            },
+            None if is_open => self.reject(inputs, phase),
+            None => self.leave_unwritten(inputs, phase),
         }
     }
 

@@ -31,6 +31,18 @@ pub type FootWrench = (DVec3, DVec3);
 
 /// Part of a double support over which the load moves away from the schedule's ends.
 const HANDOVER: f64 = 0.3;
+/// Shares at which the torques of the legs are tried to either side, at most.
+const SHARE_STEPS: u32 = 24;
+/// Halvings of the step between a share that is borne and one that is not.
+const SHARE_HALVINGS: usize = 30;
+/// How often the feet exchange moments, at most.
+const EXCHANGES: usize = 12;
+/// Rounds along the sides of a sole in which a point is moved inside.
+const SIDE_ROUNDS: usize = 3;
+/// Distance (m) of a centre of pressure beyond its sole that counts as a whole excess.
+const BEYOND_UNIT: f64 = 0.01;
+/// Such a distance (m) that does not count.
+const BEYOND_MIN: f64 = 1e-4;
 
 impl LoadSchedule {
     /// How a double support takes over the load: none on a foot that has just landed or will lift
@@ -118,11 +130,6 @@ fn borne_between(mut beyond: f64, mut borne: f64, excess: impl Fn(f64) -> f64) -
     borne
 }
 
-/// Shares at which the torques of the legs are tried to either side, at most.
-const SHARE_STEPS: u32 = 24;
-/// Halvings of the step between a share that is borne and one that is not.
-const SHARE_HALVINGS: usize = 30;
-
 /// A load that two feet share.
 struct SharedLoad {
     force: DVec3,
@@ -153,9 +160,7 @@ impl SharedLoad {
         let moment = self.moments[0] * (1.0 - share) + self.moments[1] * share;
         [1.0 - share, share].map(|part| (self.force * part, moment * part))
     }
-}
 
-impl SharedLoad {
     /// The wrenches of both feet at a share of the second one, each centre of pressure moved into
     /// its sole; and how far (m) one of them is beyond it even so.
     fn split_within(&self, feet: [&FootSupport; 2], share: f64) -> ([FootWrench; 2], f64) {
@@ -188,15 +193,6 @@ fn nearest_within(foot: &FootSupport, mut offset: DVec2) -> DVec2 {
     }
     offset
 }
-
-/// How often the feet exchange moments, at most.
-const EXCHANGES: usize = 12;
-/// Rounds along the sides of a sole in which a point is moved inside.
-const SIDE_ROUNDS: usize = 3;
-/// Distance (m) of a centre of pressure beyond its sole that counts as a whole excess.
-const BEYOND_UNIT: f64 = 0.01;
-/// Such a distance (m) that does not count.
-const BEYOND_MIN: f64 = 1e-4;
 
 /// Wrenches of both feet that add up to that of all, for a few shares of the load for which both
 /// centres of pressure are inside. `load` is the force of all, and the moment about the world's
