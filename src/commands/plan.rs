@@ -26,7 +26,6 @@ use surefoot_shared_types::plan_file::write::{plan_from_chunks, text_of};
 use surefoot_shared_types::plan_format::blocks::PlanFile;
 
 use crate::cli::arguments::PlanArguments;
-use crate::commands::search_loop::{SearchLoop, Searched};
 use crate::commands::session::{FinishArguments, finish, prepare_process};
 use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
@@ -118,7 +117,7 @@ impl Run<'_> {
         let mut totals = Totals::default();
         loop {
             let mut open = self.search(&mut task)?;
-            if open.has_failed() && open.planner.final_chunks().is_empty() {
+            if open.is_without_chunks() {
                 self.report_failure(&task, open.planned.take(), &open.planner)?;
                 return Ok(Some((task, open.planner)));
             }
@@ -156,32 +155,19 @@ impl Run<'_> {
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
             let watch = Stopwatch::start();
-            let mut planner =
-                task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
+            let planner = task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
             let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
             self.emit(&RoleEvent::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
-            let mut search = SearchLoop::begin(task.scenario.planner.work_max);
-            let searched = search.until_first_chunk(
-                &mut planner,
-                &mut |event| self.emit(event),
-                &mut || false,
-            )?;
-            let planned = match searched {
-                Searched::Ended(planned) => Some(*planned),
-                Searched::FirstChunk => None,
-                Searched::Interrupted => {
-                    self.emit(&RoleEvent::Planned(search.interrupted(&planner)))?;
-                    return Err(CommandError::interrupted());
-                }
-            };
-            let open = OpenSearch::new(planner, search, planned);
-            let is_empty = open.planner.final_chunks().is_empty();
-            if open.has_failed() && is_empty && task.may_retrace_further(&open.planner) {
-                self.emit(&RoleEvent::Retracing)?;
-                task.retrace_further(&open.planner);
-                continue;
+            let mut open = OpenSearch::begin(planner, task.scenario.planner.work_max);
+            if !open.make_first_chunk(&mut |event| self.emit(event), &mut || false)? {
+                self.emit(&RoleEvent::Planned(open.search.interrupted(&open.planner)))?;
+                return Err(CommandError::interrupted());
             }
-            return Ok(open);
+            if !open.is_without_chunks() || !task.may_retrace_further(&open.planner) {
+                return Ok(open);
+            }
+            self.emit(&RoleEvent::Retracing)?;
+            task.retrace_further(&open.planner);
         }
     }
 

@@ -4,7 +4,7 @@ use surefoot_planner::Planner;
 use surefoot_planner::channel::chunk_source::{ChunkSource, SourceState};
 use surefoot_shared_types::message::PlanChunk;
 
-use crate::commands::search_loop::SearchLoop;
+use crate::commands::search_loop::{SearchLoop, Searched};
 use crate::report::command_error::CommandError;
 use crate::report::event::{PlanResult, Planned, RoleEvent};
 
@@ -30,14 +30,38 @@ pub(super) struct OpenSearch {
 }
 
 impl OpenSearch {
-    /// A search, with its result if it has ended.
-    pub fn new(planner: Planner, search: SearchLoop, planned: Option<Planned>) -> Self {
-        Self { planner, search, planned, is_reported: false }
+    /// A search with this limit of its work.
+    pub fn begin(planner: Planner, work_max: u64) -> Self {
+        let search = SearchLoop::begin(work_max);
+        Self { planner, search, planned: None, is_reported: false }
+    }
+
+    /// Searches until the first chunk is final, or to the end. Returns `false` if a signal comes or
+    /// `is_over` returns true before.
+    ///
+    /// # Errors
+    /// Reporting fails.
+    pub fn make_first_chunk(
+        &mut self,
+        emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
+        is_over: &mut dyn FnMut() -> bool,
+    ) -> Result<bool, CommandError> {
+        match self.search.until_first_chunk(&mut self.planner, emit, is_over)? {
+            Searched::Interrupted => return Ok(false),
+            Searched::FirstChunk => {}
+            Searched::Ended(planned) => self.planned = Some(*planned),
+        }
+        Ok(true)
     }
 
     /// Whether the search has ended without a complete plan.
     pub fn has_failed(&self) -> bool {
         self.planned.as_ref().is_some_and(|planned| planned.result != PlanResult::Found)
+    }
+
+    /// Whether it has ended without any chunk to deliver.
+    pub fn is_without_chunks(&self) -> bool {
+        self.has_failed() && self.planner.final_chunks().is_empty()
     }
 
     /// Ends the search.

@@ -22,7 +22,6 @@ use crate::commands::plan::described_publisher;
 use crate::commands::plan::growing_plan::{Callbacks, GrowingPlan, OpenSearch};
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::request_queue::RequestQueue;
-use crate::commands::search_loop::{SearchLoop, Searched};
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{Delivered, PlanResult, Planned, RoleEvent};
@@ -297,18 +296,14 @@ impl Server<'_> {
         loop {
             let planner =
                 self.task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
-            let search = SearchLoop::begin(self.task.scenario.planner.work_max);
-            let mut open = OpenSearch::new(planner, search, None);
+            let mut open = OpenSearch::begin(planner, self.task.scenario.planner.work_max);
             let queue = self.queue;
             let emit = &mut |event: &RoleEvent| emit_and_publish(queue, &mut self.reporter, event);
             let is_over = &mut || queue.borrow_mut().is_interrupted();
-            match open.search.until_first_chunk(&mut open.planner, emit, is_over)? {
-                Searched::Interrupted => return Ok(self.finish_as(RequestEnd::interrupted())),
-                Searched::FirstChunk => {}
-                Searched::Ended(planned) => open.planned = Some(*planned),
+            if !open.make_first_chunk(emit, is_over)? {
+                return Ok(self.finish_as(RequestEnd::interrupted()));
             }
-            let is_empty = open.planner.final_chunks().is_empty();
-            if !open.has_failed() || !is_empty {
+            if !open.is_without_chunks() {
                 self.open = Some(open);
                 return Ok(Event::Found);
             }
