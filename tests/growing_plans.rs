@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used, reason = "a transport that cannot be opened fails the test")]
 #![allow(clippy::disallowed_methods, reason = "a test that hangs ends")]
 
+#[path = "common/chunk_stream.rs"]
+mod chunk_stream;
 #[path = "common/command.rs"]
 mod command;
 #[path = "common/private_folder.rs"]
@@ -14,7 +16,7 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use bytemuck::Zeroable;
+use chunk_stream::plan;
 use command::{assert_nothing_left, finish, run, scenario, surefoot};
 use private_folder::private_folder;
 use serde_json::Value;
@@ -22,31 +24,13 @@ use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubsc
 use surefoot_planner::channel::chunk_source::{ChunkSource, SourceState};
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
-use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::instance::sender::random_id;
-use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Check, Margins, PlanChunk, Waypoint};
+use surefoot_shared_types::message::{Check, Margins, PlanChunk};
 
 /// Longest time of a delivery before its test fails.
 const LONGEST_WAIT: Duration = Duration::from_secs(60);
-
-/// A plan of `len` chunks.
-fn plan(len: u64) -> Vec<PlanChunk> {
-    let mut chunks: Vec<PlanChunk> = Vec::new();
-    for sequence in 0..len {
-        let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
-        let mut chunk =
-            PlanChunk { schema: CHUNK_SCHEMA, plan_id: 1, sequence, stream, ..PlanChunk::zeroed() };
-        chunk.flags = if sequence == 0 { FLAG_FIRST } else { 0 }
-            | if sequence + 1 == len { FLAG_LAST } else { 0 };
-        chunk.waypoints_len = 2;
-        chunk.waypoints[1] = Waypoint { time: sequence as f64 + 1.0, ..chunk.waypoints[1] };
-        chunks.push(chunk);
-    }
-    chunks
-}
 
 /// A planner that makes a chunk only once the controller has accepted the one before.
 struct Hesitant<'a> {

@@ -6,6 +6,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a transport that cannot be opened fails the test")]
 
+#[path = "common/chunk_stream.rs"]
+mod chunk_stream;
 #[path = "common/private_folder.rs"]
 mod private_folder;
 
@@ -13,22 +15,18 @@ use std::fs;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use bytemuck::Zeroable;
+use chunk_stream::plan;
 use private_folder::private_folder;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
 use surefoot_controller_sim::channel::{ReceiverStats, Refusal};
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
-use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::sender::random_id;
-use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{
-    Check, Feedback, Margins, PlanChunk, Verdict, Waypoint, WithCrc,
-};
+use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, Verdict, WithCrc};
 
 /// An instance in a folder of its own. [`TestInstance::close`] checks that no shared memory
 /// remains.
@@ -58,21 +56,6 @@ impl TestInstance {
         assert_eq!(segments.filter(|name| name.starts_with(&prefix)).count(), 0, "segments remain");
         assert!(!self.base.path().join("transport").exists(), "the root folder remains");
     }
-}
-
-fn plan(len: u64) -> Vec<PlanChunk> {
-    let mut chunks: Vec<PlanChunk> = Vec::new();
-    for sequence in 0..len {
-        let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
-        let mut chunk =
-            PlanChunk { schema: CHUNK_SCHEMA, plan_id: 1, sequence, stream, ..PlanChunk::zeroed() };
-        chunk.flags = if sequence == 0 { FLAG_FIRST } else { 0 }
-            | if sequence + 1 == len { FLAG_LAST } else { 0 };
-        chunk.waypoints_len = 2;
-        chunk.waypoints[1] = Waypoint { time: sequence as f64 + 1.0, ..chunk.waypoints[1] };
-        chunks.push(chunk);
-    }
-    chunks
 }
 
 /// Accepts every chunk after `time_per_chunk` and records its sequence number.

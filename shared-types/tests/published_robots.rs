@@ -309,7 +309,8 @@ fn a_foot_of_several_fixed_links_is_one() {
             "",
         )
         .replacen("</robot>", &[("toe", "0.05"), ("heel", "-0.05")].map(|(name, x)| format!(
-            "<link name=\"{name}\"><inertial><mass value=\"0.5\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>\
+            "<link name=\"{name}\"><inertial><mass value=\"0.5\"/>\
+             <inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial>\
              <collision><geometry><box size=\"0.1 0.1 0.04\"/></geometry></collision></link>\
              <joint name=\"{name}_mount\" type=\"fixed\"><origin xyz=\"{x} 0 {at}\"/><parent link=\"left_foot\"/><child link=\"{name}\"/></joint>"
         )).concat().add("</robot>"), 1)
