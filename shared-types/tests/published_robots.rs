@@ -13,7 +13,10 @@ use surefoot_shared_types::robot::model::RobotModel;
 const HIP_LIMIT: &str = "<limit lower=\"-1\" upper=\"1.5\" effort=\"80\" velocity=\"5\"/>";
 
 fn load(urdf: &str, robot: &str) -> Result<RobotModel, String> {
-    let folder = Folder::new();
+    load_in(&Folder::new(), urdf, robot)
+}
+
+fn load_in(folder: &Folder, urdf: &str, robot: &str) -> Result<RobotModel, String> {
     folder.write("stilts.urdf", urdf.as_bytes());
     folder.write("robot.toml", robot.as_bytes());
     load_robot(&folder.path("robot.toml")).map_err(|error| error.to_string())
@@ -25,9 +28,11 @@ fn changed(from: &str, to: &str) -> String {
     URDF.replacen(from, to, 1)
 }
 
+/// Both are read in one folder, because a shape names the file that it was read from.
 fn assert_same_robot(urdf: &str) -> RobotModel {
-    let (plain, robot) =
-        (load(URDF, ROBOT).unwrap(), load(urdf, ROBOT).unwrap_or_else(|e| panic!("{e}: {urdf}")));
+    let folder = Folder::new();
+    let plain = load_in(&folder, URDF, ROBOT).unwrap();
+    let robot = load_in(&folder, urdf, ROBOT).unwrap_or_else(|e| panic!("{e}: {urdf}"));
     assert_eq!((&robot.links, &robot.feet), (&plain.links, &plain.feet), "{urdf}");
     robot
 }
