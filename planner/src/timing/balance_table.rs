@@ -3,6 +3,7 @@
 
 use surefoot_shared_types::message::{Interpolation, Waypoint};
 
+use crate::robot::inverse_dynamics::LinkFrames;
 use crate::timing::motion_changes::MotionChanges;
 use crate::timing::path_point::Path;
 use crate::timing::profile_check::is_steady;
@@ -34,6 +35,8 @@ struct Entry {
 #[derive(Debug)]
 pub struct BalanceTable {
     entries: Vec<Entry>,
+    /// Memory for the frames of one configuration.
+    frames: LinkFrames,
 }
 
 /// A span of a motion.
@@ -55,7 +58,7 @@ pub(super) struct BalanceSource<'a> {
 
 impl Default for BalanceTable {
     fn default() -> Self {
-        Self { entries: vec![Entry::default(); ENTRIES] }
+        Self { entries: vec![Entry::default(); ENTRIES], frames: LinkFrames::default() }
     }
 }
 
@@ -83,7 +86,7 @@ impl BalanceTable {
         let version = source.changes.version(span);
         let entry = &mut self.entries[(span * SPAN_STEP + interval) % ENTRIES];
         if (entry.span, entry.interval, entry.version) != (span, interval, version) {
-            source.fill(entry, sampled, interval);
+            source.fill(entry, sampled, interval, &mut self.frames);
             (entry.span, entry.interval, entry.version) = (span, interval, version);
         }
         let place = ((along - interval as f64) * entry.parts as f64).clamp(0.0, entry.parts as f64);
@@ -94,13 +97,19 @@ impl BalanceTable {
 
 impl BalanceSource<'_> {
     /// Computes the loads of an interval.
-    fn fill(&self, entry: &mut Entry, sampled: &SampledSpan, interval: usize) {
+    fn fill(
+        &self,
+        entry: &mut Entry,
+        sampled: &SampledSpan,
+        interval: usize,
+        frames: &mut LinkFrames,
+    ) {
         let [here, next] = [interval, interval + 1]
             .map(|index| self.timed.state(self.path, sampled.span, &sampled.times, index));
         entry.parts = if is_steady(&here, &next) { PARTS_WHERE_STEADY } else { PARTS_MAX };
         for part in 0..=entry.parts {
             let share = part as f64 / entry.parts as f64;
-            let load = |at: &Waypoint| self.robot.balance(&sampled.contact_ground, at);
+            let mut load = |at: &Waypoint| self.robot.balance(&sampled.contact_ground, at, frames);
             entry.loads[part] = match part {
                 0 => load(&here),
                 _ if part == entry.parts => load(&next),

@@ -3,12 +3,11 @@
 use glam::DVec3;
 use surefoot_shared_types::message::{Interpolation, Waypoint};
 
-use crate::timing::contact_rates::ContactRates;
 use crate::timing::motion_changes::{Checked, MotionChanges};
 use crate::timing::path_point::Path;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
-use crate::timing::timed_robot::{SpanContacts, TimedRobot};
+use crate::timing::timed_robot::{SpanContacts, TimedRobot, TimingMemory};
 use crate::timing::tuning::{
     COP_MARGIN_BETWEEN, INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER,
 };
@@ -27,7 +26,7 @@ const PARTS_WHERE_UNSTEADY: usize = 8;
 #[derive(Debug)]
 pub(super) struct ProfileCheck<'a> {
     pub robot: &'a TimedRobot,
-    pub contact_rates: &'a mut ContactRates,
+    pub memory: &'a mut TimingMemory,
     pub path: Path<'a>,
     pub timed: &'a TimedPath,
     pub slow_downs: &'a mut SlowDowns,
@@ -138,12 +137,12 @@ impl ProfileCheck<'_> {
         (span, contacts): (usize, &SpanContacts<'_>),
         sample: &Waypoint,
     ) -> bool {
-        let Self { robot, contact_rates, timed, slow_downs, .. } = self;
+        let Self { robot, memory, timed, slow_downs, .. } = self;
         let rates = timed.law.at(sample.time);
         let (node, _) = timed.node_before(span, rates.position);
         let mut level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
         loop {
-            let mut load = |at: &Waypoint| robot.load(contact_rates, contacts, level, at);
+            let mut load = |at: &Waypoint| robot.load(memory, contacts, level, at);
             let moving = load(sample);
             if moving <= 1.0 + SHARE_TOLERANCE {
                 return true;

@@ -224,7 +224,7 @@ impl<'a> TimedMotion<'a> {
         }));
         let basis = self.balance.at(&self.source, sampled, time);
         let region = sampled.contact_ground.region(Level::Bare, 0.0);
-        region.holds_load(&basis.moving(at), &basis.at_rest)
+        region.holds(&basis.moving(at), || basis.at_rest)
     }
 }
 

@@ -37,6 +37,13 @@ pub struct TimedRobot {
     mass: f64,
 }
 
+/// Memory for the dynamics of one instant after the other, and for their programs.
+#[derive(Debug, Default)]
+pub(crate) struct TimingMemory {
+    contact_rates: ContactRates,
+    dynamics: PathDynamics,
+}
+
 /// The contacts of a span, as all of its points share them.
 #[derive(Debug)]
 pub(crate) struct SpanContacts<'a> {
@@ -92,7 +99,7 @@ impl TimedRobot {
     /// whether the swing foot lands here.
     pub(crate) fn rates(
         &self,
-        contact_rates: &mut ContactRates,
+        memory: &mut TimingMemory,
         contacts: &SpanContacts<'_>,
         point: &Waypoint,
         touches_down: bool,
@@ -119,9 +126,9 @@ impl TimedRobot {
             }
             ground.region(level, *extra).clip(&dynamics, &mut rates);
             let problem = self.problem(&dynamics, support, level, LIMITS_PART);
-            let mut found = contact_rates.restrict(&problem, &rates);
+            let mut found = memory.contact_rates.restrict(&problem, &rates);
             if !can_start(&found, level) {
-                found = contact_rates.restrict_by_program(&problem, &rates);
+                found = memory.contact_rates.restrict_by_program(&problem, &rates);
             }
             if can_start(&found, level) {
                 return (found, level);
@@ -207,18 +214,21 @@ impl TimedRobot {
     /// or torque to its limit, or [`INADMISSIBLE`]; at most 1 within the limits.
     pub(crate) fn load(
         &self,
-        contact_rates: &mut ContactRates,
+        memory: &mut TimingMemory,
         contacts: &SpanContacts<'_>,
         level: Level,
         waypoint: &Waypoint,
     ) -> f64 {
         let SpanContacts { span, ground, supports, extra } = contacts;
+        let TimingMemory { contact_rates, dynamics } = memory;
         let [velocity, acceleration] = rates_of(waypoint);
-        let dynamics = self.at_instant(waypoint);
+        self.write_instant(waypoint, dynamics);
+        let dynamics = &*dynamics;
         let support = supports.at(level);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
-        let region = ground.region(level, *extra);
-        let is_upright = region.holds(&dynamics, || self.at_standstill(waypoint));
+        let load_of = |of: &GeneralizedForce| ground.load((of.force, of.moment), dynamics.origin);
+        let at_rest = || load_of(&self.dynamics.effort(&dynamics.frames, &REST, &REST, GRAVITY));
+        let is_upright = ground.region(level, *extra).holds(&load_of(&dynamics.standing), at_rest);
         let is_admitted = is_upright && self.limits.admit(&waypoint.q);
         let mut load = if is_admitted { 0.0 } else { INADMISSIBLE };
         load = load.max(self.stance_slip(span, &dynamics.frames, &velocity));
@@ -228,27 +238,31 @@ impl TimedRobot {
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
-            if let Some(torque) = dynamics.own_torque(support, &self.chains, joint) {
-                load = load.max(torque.constant.abs() / effort);
+            if let Some(torque) = dynamics.own_torque_of_instant(support, &self.chains, joint) {
+                load = load.max(torque.abs() / effort);
             }
         }
-        let problem = self.problem(&dynamics, support, level, 1.0);
+        let problem = self.problem(dynamics, support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(INADMISSIBLE) }
     }
 
     /// The load on the ground under a motion at one instant, at any rate of plan time.
-    pub(super) fn balance(&self, ground: &ContactGround, waypoint: &Waypoint) -> BalanceBasis {
-        const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
+    /// `frames` are its memory.
+    pub(super) fn balance(
+        &self,
+        ground: &ContactGround,
+        waypoint: &Waypoint,
+        frames: &mut LinkFrames,
+    ) -> BalanceBasis {
         let [velocity, acceleration] = rates_of(waypoint);
-        let mut frames = LinkFrames::default();
         let root = waypoint.world_from_root();
-        self.dynamics.place(&root, &waypoint.q, &mut frames);
+        self.dynamics.place(&root, &waypoint.q, frames);
         let load = |wrench: (DVec3, DVec3)| ground.load(wrench, root.translation);
         BalanceBasis {
-            at_rest: load(self.dynamics.weight_wrench(&frames, GRAVITY)),
-            by_square: load(self.dynamics.root_wrench(&frames, &velocity, &acceleration)),
-            by_change: load(self.dynamics.root_wrench(&frames, &REST, &velocity)),
+            at_rest: load(self.dynamics.weight_wrench(frames, GRAVITY)),
+            by_square: load(self.dynamics.root_wrench(frames, &velocity, &acceleration)),
+            by_change: load(self.dynamics.root_wrench(frames, &REST, &velocity)),
         }
     }
 
@@ -260,7 +274,8 @@ impl TimedRobot {
         at: (&LoadSchedule, f64),
         waypoint: &mut Waypoint,
     ) {
-        let dynamics = self.at_instant(waypoint);
+        let mut dynamics = PathDynamics::default();
+        self.write_instant(waypoint, &mut dynamics);
         let support = Support::new(span, level, 0.0, self.limits.friction);
         let GeneralizedForce { force, moment, torques } = &dynamics.standing;
         waypoint.torque = *torques;
@@ -279,26 +294,19 @@ impl TimedRobot {
         }
     }
 
-    /// The dynamics of the configuration of a waypoint at rest.
-    fn at_standstill(&self, waypoint: &Waypoint) -> PathDynamics {
-        self.at_instant(&waypoint.rested())
-    }
-
-    /// The dynamics of a motion at one instant: all of it is the constant part.
-    fn at_instant(&self, waypoint: &Waypoint) -> PathDynamics {
+    /// Writes the dynamics of a motion at one instant: all of it is the constant part.
+    fn write_instant(&self, waypoint: &Waypoint, dynamics: &mut PathDynamics) {
         let [velocity, acceleration] = rates_of(waypoint);
-        let mut frames = LinkFrames::default();
         let root = waypoint.world_from_root();
-        self.dynamics.place(&root, &waypoint.q, &mut frames);
-        PathDynamics {
-            by_acceleration: GeneralizedForce::default(),
-            by_speed: GeneralizedForce::default(),
-            standing: self.dynamics.effort(&frames, &velocity, &acceleration, GRAVITY),
-            origin: root.translation,
-            frames,
-        }
+        let frames = &mut dynamics.frames;
+        self.dynamics.place(&root, &waypoint.q, frames);
+        dynamics.standing = self.dynamics.effort(frames, &velocity, &acceleration, GRAVITY);
+        dynamics.origin = root.translation;
     }
 }
+
+/// Velocities, or accelerations, at rest.
+const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
 
 /// Share of a sole's area from which all of it counts as supported.
 const WHOLE_SOLE_SHARE: f64 = 0.98;
