@@ -89,7 +89,7 @@ impl<'a> TimedMotion<'a> {
         let rates = sampled.rates_at(timed, time);
         let (node, part) = timed.node_before(sampled.span, rates.position);
         let [before, after] = [node, node + 1].map(|at| &timed.nodes[at].balance);
-        let basis = before.lerp(after, part).at(&rates);
+        let basis = before.lerp(after, part).at(rates.speed, rates.acceleration);
         let region = sampled.ground.region(Level::Bare, 0.0);
         region.holds(&basis.moving(at), || basis.at_rest)
     }

@@ -14,7 +14,6 @@ use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
-use crate::timing::time_law::PathRates;
 use crate::timing::tuning::{
     ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_PARTIAL_RESERVE,
     ZERO_MOMENT_RESERVE, ZERO_MOMENT_SHIFT_MIN,
@@ -100,13 +99,13 @@ impl BalanceTerms {
         }
     }
 
-    /// The load of a motion with these rates.
-    pub(crate) fn at(&self, rates: &PathRates) -> BalanceBasis {
-        let by_square = GroundLoad::default().plus(&self.by_speed, rates.speed * rates.speed);
+    /// The load of a motion with this speed and this acceleration along the path.
+    pub(crate) fn at(&self, speed: f64, acceleration: f64) -> BalanceBasis {
+        let by_square = GroundLoad::default().plus(&self.by_speed, speed * speed);
         BalanceBasis {
             at_rest: self.at_rest,
-            by_square: by_square.plus(&self.by_acceleration, rates.acceleration),
-            by_change: GroundLoad::default().plus(&self.by_acceleration, rates.speed),
+            by_square: by_square.plus(&self.by_acceleration, acceleration),
+            by_change: GroundLoad::default().plus(&self.by_acceleration, speed),
         }
     }
 }
