@@ -15,7 +15,7 @@ use crate::timing::stops::Stop;
 /// Work units of the limits at one point, and of one point in a profile.
 pub(crate) const UNITS_PER_POINT: u64 = 4;
 /// Pieces whose timing changes as more of the path is known.
-const OPEN_PIECES: usize = 2;
+const OPEN_PIECES: usize = 1;
 /// Most intervals of a chunk that rests at every waypoint.
 const RESTING_INTERVALS_MAX: usize = 31;
 /// Largest joint motion (rad or m) between two such waypoints where a point of the path allows it.

@@ -218,33 +218,6 @@ impl InverseDynamics {
         GeneralizedForce { force: forces[0].0, moment: forces[0].1, torques }
     }
 
-    /// The wrench alone of such a motion: force (N), and moment about the root's origin (N m).
-    pub fn root_wrench(
-        &self,
-        frames: &LinkFrames,
-        v: &[f64; VELOCITY_MAX],
-        a: &[f64; VELOCITY_MAX],
-    ) -> (DVec3, DVec3) {
-        let forces = self.forward(frames, v, a, 0.0);
-        let root = frames.frames[0].translation;
-        let parts = frames.frames.iter().zip(&forces);
-        parts.fold((DVec3::ZERO, DVec3::ZERO), |(sum, moments), (frame, (force, moment))| {
-            let arm = frame.translation - root;
-            (sum + *force, moments + *moment + arm.cross(*force))
-        })
-    }
-
-    /// The wrench alone that holds the robot at rest against gravity (m/s2, downward).
-    pub fn weight_wrench(&self, frames: &LinkFrames, gravity: f64) -> (DVec3, DVec3) {
-        let root = frames.frames[0].translation;
-        let parts = frames.frames.iter().zip(&self.bodies);
-        parts.fold((DVec3::ZERO, DVec3::ZERO), |(sum, moments), (frame, body)| {
-            let force = DVec3::Z * (gravity * body.mass);
-            let arm = frame.transform_point3(body.com) - root;
-            (sum + force, moments + arm.cross(force))
-        })
-    }
-
     /// Force on every body, and moment about its origin.
     fn forward(
         &self,

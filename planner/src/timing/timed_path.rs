@@ -146,25 +146,31 @@ impl TimedPath {
         (before, ((position - a) / (b - a)).clamp(0.0, 1.0))
     }
 
-    /// A waypoint of a span without its torques.
-    pub fn state(&self, path: Path<'_>, span: usize, times: &SpanTimes, index: usize) -> Waypoint {
-        let time = times.at(index, times.intervals);
-        let known = &path.spans[span];
-        let points = &path.points[known.first..=known.last];
-        let mut rates = self.law.at(time);
+    /// The rates at a waypoint of a span.
+    pub fn rates_at(&self, span: usize, times: &SpanTimes, index: usize) -> PathRates {
+        let mut rates = self.law.at(times.at(index, times.intervals));
         let next_rests = self.starts.get(span + 1).is_none_or(|(node, _)| self.nodes[*node].rests);
-        let (first, offset) = self.starts[span];
+        let (first, _) = self.starts[span];
         let is_rest =
             index == 0 && self.nodes[first].rests || index == times.intervals && next_rests;
         if is_rest {
             (rates.speed, rates.acceleration) = (0.0, 0.0);
         }
+        rates
+    }
+
+    /// A waypoint of a span without its torques.
+    pub fn state(&self, path: Path<'_>, span: usize, times: &SpanTimes, index: usize) -> Waypoint {
+        let known = &path.spans[span];
+        let points = &path.points[known.first..=known.last];
+        let rates = self.rates_at(span, times, index);
+        let (_, offset) = self.starts[span];
         let parameter = match index {
             0 => points[0].parameter,
             _ if index == times.intervals => points[points.len() - 1].parameter,
             _ => rates.position - offset,
         };
-        timed(&state_at(points, parameter), &rates, time)
+        timed(&state_at(points, parameter), &rates, times.at(index, times.intervals))
     }
 }
 

@@ -21,7 +21,7 @@ use crate::timing::support::{SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
     LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
-use crate::timing::zero_moment::{BalanceBasis, ContactGround};
+use crate::timing::zero_moment::{BalanceTerms, ContactGround};
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -42,6 +42,17 @@ pub struct TimedRobot {
 pub(crate) struct TimingMemory {
     contact_rates: ContactRates,
     dynamics: PathDynamics,
+}
+
+/// What the limits allow at a point of a path.
+#[derive(Debug)]
+pub(crate) struct PointLimits {
+    /// The rates.
+    pub rates: RateSet,
+    /// What they leave of the limits.
+    pub level: Level,
+    /// The load on the ground.
+    pub balance: BalanceTerms,
 }
 
 /// The contacts of a span, as all of its points share them.
@@ -95,7 +106,7 @@ impl TimedRobot {
         }
     }
 
-    /// The rates at a point of a span, and the level of the limits that they leave. `touches_down`:
+    /// The rates at a point of a span, and what they leave of the limits. `touches_down`:
     /// whether the swing foot lands here.
     pub(crate) fn rates(
         &self,
@@ -103,12 +114,13 @@ impl TimedRobot {
         contacts: &SpanContacts<'_>,
         point: &Waypoint,
         touches_down: bool,
-    ) -> (RateSet, Level) {
+    ) -> PointLimits {
         let SpanContacts { span, ground, supports, extra } = contacts;
         let [first, second] = rates_of(point);
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
+        let balance = ground.terms(&dynamics);
         let slip = self.stance_slip(span, &dynamics.frames, &first);
         for level in Level::ALL {
             let support = supports.at(level);
@@ -131,13 +143,13 @@ impl TimedRobot {
                 found = memory.contact_rates.restrict_by_program(&problem, &rates);
             }
             if can_start(&found, level) {
-                return (found, level);
+                return PointLimits { rates: found, level, balance };
             }
         }
         let mut rates = RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE);
         let level = Level::Unsupported;
         ground.region(level, *extra).clip(&dynamics, &mut rates);
-        (rates, level)
+        PointLimits { rates, level, balance }
     }
 
     /// The ground under the contacts of a span.
@@ -245,25 +257,6 @@ impl TimedRobot {
         let problem = self.problem(dynamics, support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(INADMISSIBLE) }
-    }
-
-    /// The load on the ground under a motion at one instant, at any rate of plan time.
-    /// `frames` are its memory.
-    pub(super) fn balance(
-        &self,
-        ground: &ContactGround,
-        waypoint: &Waypoint,
-        frames: &mut LinkFrames,
-    ) -> BalanceBasis {
-        let [velocity, acceleration] = rates_of(waypoint);
-        let root = waypoint.world_from_root();
-        self.dynamics.place(&root, &waypoint.q, frames);
-        let load = |wrench: (DVec3, DVec3)| ground.load(wrench, root.translation);
-        BalanceBasis {
-            at_rest: load(self.dynamics.weight_wrench(frames, GRAVITY)),
-            by_square: load(self.dynamics.root_wrench(frames, &velocity, &acceleration)),
-            by_change: load(self.dynamics.root_wrench(frames, &REST, &velocity)),
-        }
     }
 
     /// Writes the feed-forward torques of a waypoint, at a part (0 to 1) of its span.

@@ -78,18 +78,47 @@ impl BalanceBasis {
     pub fn moving(&self, at: &PlanTime) -> GroundLoad {
         self.at_rest.plus(&self.by_square, at.rate * at.rate).plus(&self.by_change, at.rate_change)
     }
+}
 
-    /// The basis at `part` (0 to 1) of the way to the next one.
-    pub fn lerp(&self, next: &Self, part: f64) -> Self {
+/// The load on the ground at a point of a path: at rest, by unit of its squared speed, and by unit
+/// of its acceleration.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct BalanceTerms {
+    at_rest: GroundLoad,
+    by_speed: GroundLoad,
+    by_acceleration: GroundLoad,
+}
+
+impl BalanceTerms {
+    /// The terms at `part` (0 to 1) of the way to the next point.
+    pub(crate) fn lerp(&self, next: &Self, part: f64) -> Self {
         Self {
             at_rest: self.at_rest.lerp(&next.at_rest, part),
-            by_square: self.by_square.lerp(&next.by_square, part),
-            by_change: self.by_change.lerp(&next.by_change, part),
+            by_speed: self.by_speed.lerp(&next.by_speed, part),
+            by_acceleration: self.by_acceleration.lerp(&next.by_acceleration, part),
+        }
+    }
+
+    /// The load of a motion with this speed and this acceleration along the path.
+    pub(crate) fn at(&self, speed: f64, acceleration: f64) -> BalanceBasis {
+        let by_square = GroundLoad::default().plus(&self.by_speed, speed * speed);
+        BalanceBasis {
+            at_rest: self.at_rest,
+            by_square: by_square.plus(&self.by_acceleration, acceleration),
+            by_change: GroundLoad::default().plus(&self.by_acceleration, speed),
         }
     }
 }
 
 impl ContactGround {
+    /// The load at a point of a path.
+    pub fn terms(&self, dynamics: &PathDynamics) -> BalanceTerms {
+        let [at_rest, by_speed, by_acceleration] =
+            [&dynamics.standing, &dynamics.by_speed, &dynamics.by_acceleration]
+                .map(|effort| self.load((effort.force, effort.moment), dynamics.origin));
+        BalanceTerms { at_rest, by_speed, by_acceleration }
+    }
+
     /// The load of a wrench about a point (world, m).
     pub fn load(&self, wrench: (DVec3, DVec3), point: DVec3) -> GroundLoad {
         load_on(&self.ground, wrench, point)
