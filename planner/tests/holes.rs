@@ -34,6 +34,17 @@ fn ending(case: &Case, prepare: impl Fn(&mut Planner)) -> (Outcome, SearchStats)
 }
 
 #[test]
+fn a_wall_that_is_longer_than_the_first_region_is_walked_around() {
+    for seed in SEEDS {
+        let (outcome, stats) = ending(&hole("long_wall", 2.7, seed, 200_000), |_| {});
+        assert_eq!(outcome, Outcome::Found, "seed {seed}: {stats:?}");
+    }
+    let case = hole("long_wall", 2.7, 1, 100_000);
+    let (outcome, _) = ending(&case, |planner| planner.leave_out(Resort::WiderRegion));
+    assert_ne!(outcome, Outcome::Found);
+}
+
+#[test]
 fn another_posture_is_found_at_a_goal_whose_first_one_cannot_be_reached() {
     for seed in SEEDS {
         let case = hole("pillory", 3.0, seed, 100_000);

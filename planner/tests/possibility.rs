@@ -301,7 +301,6 @@ fn a_route_leads_under_a_deck_with_enough_clearance_and_never_through_it() {
     for (height, expected) in [(2.6, Progress::Route), (0.45, Progress::Exhausted)] {
         let mut compiled =
             Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, height], [0.6, 6.0, 0.1]));
-        compiled.search.leave_out_leaning();
         let progress = compiled.grow(1).0;
         assert_eq!(progress, expected, "a deck at {height} m");
         let is_under = |pose: &MidFeetPose| pose.position.z.abs() < 1e-9;

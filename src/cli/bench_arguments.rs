@@ -334,6 +334,9 @@ pub struct HolesArguments {
     /// The folder with scenarios, robots and worlds
     #[arg(long, value_name = "DIR", default_value = "configs")]
     pub folder: PathBuf,
+    /// Only the worlds whose names contain this
+    #[arg(long, value_name = "NAME", default_value = "")]
+    pub world: String,
     /// Number of seeds of each world
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = count())]
     pub trials: u64,

@@ -62,4 +62,21 @@ def low_beam():
     return world(comment, shapes)
 
 
-WRITERS = {"holes/dead_end": dead_end, "holes/low_beam": low_beam, "holes/pegs": pegs, "holes/pillory": pillory}
+
+def long_wall():
+    """A wall that ends only far outside the region in which a search for a guide route begins."""
+    shapes = [
+        block("floor", (-6.3, -8.0, -0.5), (9.7, 8.0, 0.0)),
+        block("wall", (1.65, -6.0, 0.0), (1.75, 6.0, 2.0)),
+    ]
+    comment = ("A floor of 16 x 16 with a wall 2.0 high and 12.0 long across the way, whose ends are open.",)
+    return world(comment, shapes)
+
+
+WRITERS = {
+    "holes/dead_end": dead_end,
+    "holes/long_wall": long_wall,
+    "holes/low_beam": low_beam,
+    "holes/pegs": pegs,
+    "holes/pillory": pillory,
+}

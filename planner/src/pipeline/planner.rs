@@ -336,14 +336,17 @@ impl Planner {
     /// before the first step.
     pub fn leave_out(&mut self, resort: Resort) {
         self.search.limits.resorts.leave_out(resort);
-        if resort == Resort::NecessaryCondition {
-            self.search.route.leave_out_necessary();
-            self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_necessary);
-        }
-        if resort == Resort::LeaningRoot {
-            self.search.route.leave_out_leaning();
-            self.search.guide.live.searches_mut().for_each(RouteSearch::leave_out_leaning);
-        }
+        let leave_out: fn(&mut RouteSearch) = match resort {
+            Resort::WiderRegion => |route| route.later_mut().may_widen = false,
+            Resort::NecessaryCondition => |route| route.later_mut().has_necessary = false,
+            Resort::LeaningRoot => |route| route.later_mut().has_leaning = false,
+            Resort::Alternatives
+            | Resort::UniformRounds
+            | Resort::GoalPostures
+            | Resort::LeastMargins => return,
+        };
+        leave_out(&mut self.search.route);
+        self.search.guide.live.searches_mut().for_each(leave_out);
     }
 
     /// The statistics of the search.

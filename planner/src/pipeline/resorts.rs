@@ -4,6 +4,8 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Resort {
+    /// A region of stage P that grows to the whole world, where it holds no route.
+    WiderRegion,
     /// Root poses of any height and lean in stage P, where no upright route is free.
     LeaningRoot,
     /// C_N alone decides about vertices of stage P, where no route meets its other conditions.
@@ -20,7 +22,8 @@ pub enum Resort {
 
 impl Resort {
     /// All of them, in the order of docs/COMPLETENESS.md.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
+        Self::WiderRegion,
         Self::LeaningRoot,
         Self::NecessaryCondition,
         Self::Alternatives,
@@ -32,6 +35,7 @@ impl Resort {
     /// Name in reports.
     pub fn name(self) -> &'static str {
         match self {
+            Self::WiderRegion => "wider_region",
             Self::LeaningRoot => "leaning_root",
             Self::NecessaryCondition => "necessary_condition",
             Self::Alternatives => "alternatives",

@@ -46,7 +46,8 @@ impl Forest {
         if self.trees[tree].is_full() {
             return None;
         }
-        let root = Vertex::root(candidate.pose, candidate.pair);
+        let pair = candidate.pair.filter(|_| candidate.are_apart);
+        let root = Vertex::root(candidate.pose, pair);
         let vertex = Vertex {
             placements: self.store_placements(candidate)?,
             parent,

@@ -11,6 +11,7 @@ use crate::possibility::root_vertex::{PostureId, RootVertex, UPRIGHT};
 use crate::possibility::tuning::{
     POSTURE_CHANGE_COST, POSTURES_PER_VERTEX, ROOT_TEST_STEP, ROOT_TEST_TURN,
 };
+use crate::possibility::upper_body::is_in_reach;
 use crate::possibility::vertex_candidates::StageContext;
 use crate::robot::crouch::Crouch;
 
@@ -89,13 +90,14 @@ impl Leaning<'_> {
         self.0.upper_body.is_free_above_legs(&self.0.constraints.collision, world_from_root)
     }
 
-    /// Whether a leg can extend down to the soles from a root pose.
+    /// Whether the legs fit at a root pose: both soles are in its reachable space R, so that
+    /// no leg is longer or more folded than it can be, and a leg can extend down to them.
     fn may_stand_over(&self, at: RootVertex, [left, right]: &FootPair) -> bool {
-        self.0.upper_body.is_leg_free(
-            &self.0.constraints.collision,
-            &self.world_from_root(at),
-            [&left.world_from_sole, &right.world_from_sole],
-        )
+        let StageContext { upper_body, constraints, preparation, .. } = self.0;
+        let world_from_root = self.world_from_root(at);
+        let world_from_soles = [&left.world_from_sole, &right.world_from_sole];
+        is_in_reach(preparation, &world_from_root, world_from_soles)
+            && upper_body.is_leg_free(&constraints.collision, &world_from_root, world_from_soles)
     }
 
     /// Whether the upper body is free between two root poses and at the second, along a geodesic of

@@ -87,6 +87,8 @@ pub struct Run {
 /// The conditions that may follow those under which the root is upright.
 #[derive(Debug, Clone, Copy)]
 pub struct LaterConditions {
+    /// Whether the region may become wider before they follow.
+    pub may_widen: bool,
     /// Whether routes under C_N alone are searched.
     pub has_necessary: bool,
     /// Whether routes along which the root leans are searched.
@@ -111,6 +113,7 @@ impl Run {
             restarts: 0,
             widenings: 0,
             later: LaterConditions {
+                may_widen: true,
                 has_necessary: true,
                 has_leaning: true,
                 has_leant: false,
@@ -132,7 +135,7 @@ impl Run {
     /// without it too: another route is cheaper. The root leans if the first search has shown that
     /// no upright route is free, or a route that its trunk is not.
     pub fn next_condition(&self, is_detour: bool, may_lean: bool) -> Option<RouteCondition> {
-        let LaterConditions { has_necessary, has_leaning, has_leant, leans_only } = self.later;
+        let LaterConditions { has_necessary, has_leaning, has_leant, leans_only, .. } = self.later;
         let may_lean = may_lean && has_leaning && (has_leant || self.generation == 0);
         let may_be_necessary = self.generation > 0 && !is_detour && has_necessary && !leans_only;
         match self.condition {

@@ -21,7 +21,9 @@ use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::root_postures::RootPostures;
 use crate::possibility::root_vertex::{PostureId, UPRIGHT};
 use crate::possibility::route_condition::RouteCondition;
-use crate::possibility::route_run::{Activity, Detour, Join, Joins, Progress, Run};
+use crate::possibility::route_run::{
+    Activity, Detour, Join, Joins, LaterConditions, Progress, Run,
+};
 use crate::possibility::route_shortcuts::RouteShortcuts;
 use crate::possibility::tree::{Vertex, push_branch};
 use crate::possibility::tuning::{
@@ -214,14 +216,9 @@ impl RouteSearch {
         self.begin_again();
     }
 
-    /// Searches no routes under C_N alone.
-    pub fn leave_out_necessary(&mut self) {
-        self.run.later.has_necessary = false;
-    }
-
-    /// Searches no routes along which the root leans.
-    pub fn leave_out_leaning(&mut self) {
-        self.run.later.has_leaning = false;
+    /// What may follow where no upright route is found around both ends.
+    pub fn later_mut(&mut self) -> &mut LaterConditions {
+        &mut self.run.later
     }
 
     /// Searches a route along which the root leans where it must, beside the route that is known
@@ -477,7 +474,8 @@ impl RouteSearch {
     fn relax(&mut self) {
         let (is_first, is_detour) = (self.run.generation == 0, self.detour.between.is_some());
         let is_upright = self.run.condition == RouteCondition::Root;
-        if is_first && is_upright && self.run.widen(&self.region.world) {
+        let may_widen = is_first && is_upright && self.run.later.may_widen;
+        if may_widen && self.run.widen(&self.region.world) {
             return;
         }
         let may_lean = !is_detour || self.route.is_leaning();

@@ -27,6 +27,18 @@ pub enum UpperBodyFit {
     Upright,
 }
 
+/// Whether both soles are in the reachable space R of a root pose [Grey 4.2.1].
+pub(crate) fn is_in_reach(
+    preparation: &Preparation,
+    world_from_root: &Pose,
+    world_from_soles: [&Pose; 2],
+) -> bool {
+    let root_from_world = world_from_root.inverse();
+    (0..2).all(|limb| {
+        preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation)
+    })
+}
+
 /// The robot above its legs, in its standing posture.
 #[derive(Debug, Clone)]
 pub struct UpperBody {
@@ -166,10 +178,8 @@ impl UpperBody {
     ) -> bool {
         let world_from_mid_feet = pose.world_from_mid_feet();
         UPPER_BODY_CROUCHES.iter().any(|&crouch| {
-            let root_from_world = (world_from_mid_feet * self.crouched(crouch)).inverse();
-            (0..2).all(|limb| {
-                preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation)
-            })
+            let world_from_root = world_from_mid_feet * self.crouched(crouch);
+            is_in_reach(preparation, &world_from_root, world_from_soles)
         })
     }
 

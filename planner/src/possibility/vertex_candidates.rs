@@ -66,8 +66,10 @@ pub struct VertexCandidate {
     pub pose: MidFeetPose,
     /// The placements of both feet.
     pub placements: heapless::Vec<FootPlacement, VERTEX_PLACEMENTS_MAX>,
-    /// The pair of placements below the pose, unless their feet collide.
+    /// The pair of placements below the pose.
     pub pair: Option<FootPair>,
+    /// Whether its feet are free of each other.
+    pub are_apart: bool,
     /// Whether the upper body of the upright robot is free.
     pub is_upright: bool,
     /// The root posture.
@@ -107,7 +109,8 @@ impl StageContext<'_> {
             return Some(VertexCandidate {
                 pose,
                 placements,
-                pair: are_apart.then_some(pair),
+                pair: Some(pair),
+                are_apart,
                 is_upright: false,
                 posture: UPRIGHT,
             });
@@ -123,7 +126,8 @@ impl StageContext<'_> {
         fits.then_some(VertexCandidate {
             pose,
             placements,
-            pair: are_apart.then_some(pair),
+            pair: Some(pair),
+            are_apart,
             is_upright: fit == UpperBodyFit::Upright,
             posture: UPRIGHT,
         })
@@ -140,11 +144,11 @@ impl StageContext<'_> {
         let best = self.best_pair(query, &placements);
         let mut pose = query.pose;
         pose.position.z = best.map_or(pose.position.z, |(middle, ..)| middle.z);
-        let pair = best.and_then(|(_, pair, are_apart)| are_apart.then_some(pair));
         self.is_possible(&pose, query.name).then_some(VertexCandidate {
             pose,
             placements,
-            pair,
+            pair: best.map(|(_, pair, _)| pair),
+            are_apart: best.is_some_and(|(.., are_apart)| are_apart),
             is_upright: false,
             posture: UPRIGHT,
         })

@@ -22,11 +22,20 @@ use crate::commands::bench::trial::{Trial, TrialSetup};
 use crate::input::inputs::{Inputs, Overrides};
 use crate::report::command_error::{CommandError, CommandOutcome};
 
+/// A small world in which the search needs one of its last resorts.
+#[derive(Debug, Clone, Copy)]
+struct Hole {
+    world: &'static str,
+    /// Where the walk ends along x and z, m.
+    goal: [f64; 2],
+    /// Work units of each search at most, unless the command allows fewer.
+    work_max: u64,
+}
+
 /// A search of a world.
 #[derive(Debug, Clone, Copy)]
 struct Variant {
-    /// The world's name, and where the walk ends along x, m.
-    world: (&'static str, f64),
+    hole: Hole,
     /// The last resort that is left out.
     without: Option<Resort>,
     live_routes: u32,
@@ -34,16 +43,23 @@ struct Variant {
     is_required: bool,
 }
 
-const fn variant(world: (&'static str, f64), without: Option<Resort>, live_routes: u32) -> Variant {
-    Variant { world, without, live_routes, is_required: without.is_none() }
+const fn hole(world: &'static str, goal: [f64; 2], work_max: u64) -> Hole {
+    Hole { world, goal, work_max }
 }
 
-const PILLORY: (&str, f64) = ("pillory", 3.0);
-const PEGS: (&str, f64) = ("pegs", 4.5);
-const LOW_BEAM: (&str, f64) = ("low_beam", 4.3);
-const DEAD_END: (&str, f64) = ("dead_end", 5.3);
+const fn variant(hole: Hole, without: Option<Resort>, live_routes: u32) -> Variant {
+    Variant { hole, without, live_routes, is_required: without.is_none() }
+}
+
+const LONG_WALL: Hole = hole("long_wall", [2.7, 0.0], 200_000);
+const LOW_BEAM: Hole = hole("low_beam", [4.3, 0.0], 400_000);
+const PILLORY: Hole = hole("pillory", [3.0, 0.0], 400_000);
+const PEGS: Hole = hole("pegs", [4.5, 0.0], 400_000);
+const DEAD_END: Hole = hole("dead_end", [5.3, 0.0], 400_000);
 /// Each world with the last resort that it needs, and without; a dead end with more live routes.
-const VARIANTS: [Variant; 9] = [
+const VARIANTS: [Variant; 11] = [
+    variant(LONG_WALL, None, 1),
+    variant(LONG_WALL, Some(Resort::WiderRegion), 1),
     variant(LOW_BEAM, None, 1),
     variant(LOW_BEAM, Some(Resort::LeaningRoot), 1),
     variant(PILLORY, None, 1),
@@ -90,10 +106,12 @@ struct Report {
 /// When an input cannot be used, or a signal comes.
 pub fn run(arguments: &HolesArguments) -> Result<CommandOutcome, CommandError> {
     let machine = Machine::this()?;
-    let mut rows = vec![];
-    for variant in &VARIANTS {
-        rows.push(row(arguments, variant)?);
-    }
+    let is_chosen = |variant: &&Variant| variant.hole.world.contains(&arguments.world);
+    let variants: Vec<&Variant> = VARIANTS.iter().filter(is_chosen).collect();
+    let rows = variants
+        .iter()
+        .map(|variant| row(arguments, variant))
+        .collect::<Result<Vec<HoleRow>, _>>()?;
     let report =
         Report { schema: "surefoot-bench-holes/1", machine, work_max: arguments.work, rows };
     print_report(&report, arguments.json, || text(&report))?;
@@ -101,7 +119,7 @@ pub fn run(arguments: &HolesArguments) -> Result<CommandOutcome, CommandError> {
         |(row, variant): (&HoleRow, &Variant)| !variant.is_required || row.found == row.trials;
     Ok(if report.rows.iter().any(|row| row.refused > 0) {
         CommandOutcome::Refused
-    } else if report.rows.iter().zip(&VARIANTS).all(is_whole) {
+    } else if report.rows.iter().zip(variants).all(is_whole) {
         CommandOutcome::Done
     } else {
         CommandOutcome::NoPlan
@@ -110,13 +128,13 @@ pub fn run(arguments: &HolesArguments) -> Result<CommandOutcome, CommandError> {
 
 /// The world of a hole, with the reference robot and quasi-static motion.
 fn inputs(folder: &Path, variant: &Variant) -> Result<Inputs, CommandError> {
-    let (world, goal) = variant.world;
+    let Hole { world, goal: [x, z], .. } = variant.hole;
     let overrides = Overrides { motion: Some(MotionKind::QuasiStatic), ..Overrides::default() };
     let mut inputs = Inputs::load(&folder.join("scenarios/flat_walk.toml"), overrides)?;
     inputs.world = load_world(&folder.join(format!("worlds/holes/{world}.toml")))?;
     inputs.scenario.name = world.to_owned();
     inputs.scenario.start.position = START * DVec3::X;
-    inputs.scenario.goal.position = goal * DVec3::X;
+    inputs.scenario.goal.position = DVec3::new(x, 0.0, z);
     inputs.scenario.planner.live_routes = variant.live_routes;
     Ok(inputs)
 }
@@ -126,7 +144,7 @@ fn row(arguments: &HolesArguments, variant: &Variant) -> Result<HoleRow, Command
     let inputs = inputs(&arguments.folder, variant)?;
     let preparation = inputs.preparation(false)?;
     let trials = (1..=arguments.trials)
-        .map(|seed| trial(arguments, (&inputs, &preparation), seed, variant.without))
+        .map(|seed| trial(arguments, (&inputs, &preparation), seed, variant))
         .collect::<Result<Vec<Trial>, _>>()?;
     let found: Vec<&Trial> = trials.iter().filter(|trial| trial.is_found()).collect();
     let of_found = |value: fn(&Trial) -> f64| {
@@ -135,7 +153,7 @@ fn row(arguments: &HolesArguments, variant: &Variant) -> Result<HoleRow, Command
     let endings: Vec<&str> =
         trials.iter().map(|trial| trial.digest.as_deref().unwrap_or(&trial.outcome)).collect();
     Ok(HoleRow {
-        world: variant.world.0,
+        world: variant.hole.world,
         without: variant.without.map(Resort::name),
         live_routes: variant.live_routes,
         trials: trials.len(),
@@ -154,7 +172,7 @@ fn trial(
     arguments: &HolesArguments,
     (inputs, preparation): (&Inputs, &Preparation),
     seed: u64,
-    without: Option<Resort>,
+    variant: &Variant,
 ) -> Result<Trial, CommandError> {
     let Inputs { model, world, scenario, .. } = inputs;
     let scenario = scenario.clone().with_seed(seed);
@@ -163,8 +181,8 @@ fn trial(
         let mut planner = Planner::builder(model, world, &scenario, preparation.clone())
             .threads(threads)
             .build()?;
-        planner.limit_work(arguments.work);
-        if let Some(resort) = without {
+        planner.limit_work(arguments.work.min(variant.hole.work_max));
+        if let Some(resort) = variant.without {
             planner.leave_out(resort);
         }
         Ok(planner)
