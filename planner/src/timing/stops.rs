@@ -5,14 +5,14 @@
 //! may begin before a short chunk does, but not before the one of the chunk before it: until then
 //! the robot does not brake. So stops are found from the last chunk known to the first.
 
-use surefoot_shared_types::message::Ramp;
+use surefoot_shared_types::message::{PlanTime, Ramp};
 
 use crate::base::arena::reserve;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_motion::TimedMotion;
 use crate::timing::tuning::{
-    INTERVAL_MAX, RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX,
-    RATES_SHARE_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
+    INTERVAL_MAX, RAMP_PARTS, RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP,
+    RAMP_STEPS_MAX, RATES_SHARE_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
 };
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
@@ -171,8 +171,9 @@ fn resume_duration(motion: &mut TimedMotion<'_>, time: f64) -> Option<f64> {
 
 /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than they
 /// allow, or, within their distance to the limits, than the motion at full speed takes; and whether
-/// the zero-moment point keeps the controller's margin, twice between any two waypoints: the
-/// acceleration of a motion may change within that time.
+/// the zero-moment point keeps the controller's margin. Both are looked at [`RAMP_PARTS`] times
+/// between any two waypoints, because the acceleration of a motion may change within that time, and
+/// before that at few places, where most ramps fail.
 fn ramp_holds(motion: &mut TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
     let timed = motion.timed;
     let samples = |count: usize| {
@@ -181,13 +182,15 @@ fn ramp_holds(motion: &mut TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
             ((begin + at.elapsed).min(timed.law.end()), at)
         })
     };
-    let has_rates = samples(RAMP_SAMPLES).all(|(time, at)| {
+    let has_rates = |(time, at): (f64, PlanTime)| {
         let share = timed.share_at(time, at.rate, at.rate_change);
         share <= RAMP_SHARE_MAX
             || share <= RATES_SHARE_MAX && share <= timed.share_at(time, 1.0, 0.0)
-    });
-    let fine = RAMP_SAMPLES.max(2 * libm::ceil(ramp.seconds() / INTERVAL_MAX) as usize);
-    has_rates && samples(fine).all(|(time, at)| motion.is_upright(time, &at))
+    };
+    let fine = RAMP_PARTS * libm::ceil(ramp.seconds() / INTERVAL_MAX) as usize;
+    samples(RAMP_SAMPLES).all(has_rates)
+        && samples(RAMP_SAMPLES.max(fine))
+            .all(|(time, at)| has_rates((time, at)) && motion.is_upright(time, &at))
 }
 
 /// Speed along the path below which it rests.

@@ -72,8 +72,10 @@ pub(crate) const RAMP_SHORTEST: f64 = 0.2;
 pub(crate) const RAMP_STEP: f64 = 1.12;
 /// Durations of ramps tried, at most.
 pub(crate) const RAMP_STEPS_MAX: usize = 26;
-/// Intervals of the samples of a ramp.
+/// Intervals of the first samples of a ramp.
 pub(crate) const RAMP_SAMPLES: usize = 32;
+/// Samples of a ramp between two waypoints.
+pub(crate) const RAMP_PARTS: usize = 4;
 /// Largest share of the rates around a point that a rounded profile takes: less than their distance
 /// to the limits, against which the motion is checked after that.
 pub(crate) const RATES_SHARE_MAX: f64 = 1.01;
