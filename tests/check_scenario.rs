@@ -61,6 +61,16 @@ fn a_plan_may_tighten_limits_and_never_loosen_them() {
 }
 
 #[test]
+fn how_the_robot_stands_is_read_in_its_robot_file() {
+    let (_folder, plan) = planned(|_| ());
+    let output = run(&["check", &plan]).out;
+    assert!(output.contains("standing posture and allowed overlaps: those of /"), "{output}");
+    let (_other, plan) = planned(|plan| plan["robot"]["robot_file"] = "gone.toml".into());
+    let output = run(&["check", &plan]).out;
+    assert!(output.contains("gone.toml, which the plan names, is not there"), "{output}");
+}
+
+#[test]
 fn links_without_a_shape_and_pairs_that_may_overlap_are_named() {
     let (_folder, plan) = planned(|_| ());
     let output = run(&["check", &plan]).out;

@@ -68,6 +68,7 @@ fn robot() -> RobotModel {
     RobotModel {
         name: "ball".into(),
         urdf_path: "ball.urdf".into(),
+        robot_path: None,
         mesh_paths: vec![],
         links: vec![
             link("ball", None, Shape::Sphere { radius: 0.4 }),
@@ -125,6 +126,7 @@ fn plan() -> PlanFile {
         schema: SCHEMA.into(),
         robot: RobotBlock {
             urdf: "ball.urdf".into(),
+            robot_file: None,
             feet: BTreeMap::new(),
             locked_joints: BTreeMap::new(),
             exact_meshes: vec![],

@@ -140,6 +140,16 @@ fn flat_ground_needs_no_rest() {
 }
 
 #[test]
+fn arms_that_stand_at_their_limits_need_no_rest() {
+    let mut case = Case::smooth("flat_walk");
+    let elbow = case.model.joints.iter().position(|joint| joint.name == "left_elbow").unwrap();
+    case.model.joints[elbow].upper = case.model.standing_q[elbow];
+    let mut planner = case.planner(1);
+    assert_eq!(run(&mut planner, 20_000), Outcome::Found);
+    assert_eq!([planner.stats().rests, planner.stats().searched_phases], [0, 0]);
+}
+
+#[test]
 fn stairs_need_no_rest() {
     assert_eq!(check_path("stairs_bauzil"), [0, 0]);
 }

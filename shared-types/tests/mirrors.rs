@@ -17,8 +17,8 @@ use std::process::Command;
 use iceoryx2::prelude::ZeroCopySend;
 use sources::{Constant, Sources};
 use surefoot_shared_types::base::limits::{
-    CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, NAME_BYTES_MAX,
-    POLYGON_VERTICES_MAX, REASON_BYTES_MAX, REQUEST_ENDS_MAX,
+    CHUNK_BINDINGS_MAX, CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX,
+    NAME_BYTES_MAX, POLYGON_VERTICES_MAX, REASON_BYTES_MAX, REQUEST_ENDS_MAX,
 };
 use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST, ROOT_FREEDOMS};
 use surefoot_shared_types::message::description::{FootDescription, JointDescription, Name};
@@ -27,13 +27,15 @@ use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::set_point::FootSchedule;
 use surefoot_shared_types::message::simulation_state::FootForce;
 use surefoot_shared_types::message::{
-    Contact, Description, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus,
-    RequestRecord, RestState, SetPoint, SimulationState, SupportMode, Waypoint, WorldCorrection,
+    ChunkBinding, Contact, Description, Feedback, Layout, Margins, PlanChunk, PlanRequest,
+    PlanStatus, RequestRecord, RestState, SetPoint, SimulationState, SupportMode, Waypoint,
+    WorldCorrection,
 };
 
-const LIMITS: [(&str, usize); 9] = [
+const LIMITS: [(&str, usize); 10] = [
     ("JOINTS_MAX", JOINTS_MAX),
     ("ROOT_FREEDOMS", ROOT_FREEDOMS),
+    ("CHUNK_BINDINGS_MAX", CHUNK_BINDINGS_MAX),
     ("CHUNK_WAYPOINTS_MAX", CHUNK_WAYPOINTS_MAX),
     ("CONTACTS_MAX", CONTACTS_MAX),
     ("POLYGON_VERTICES_MAX", POLYGON_VERTICES_MAX),
@@ -89,6 +91,7 @@ fn messages() -> Vec<Message> {
         message::<Waypoint>("Waypoint"),
         message::<Contact>("Contact"),
         message::<StancePoseData>("StancePoseData"),
+        message::<ChunkBinding>("ChunkBinding"),
         message::<PlanChunk>("PlanChunk"),
         message::<Margins>("Margins"),
         message::<RestState>("RestState"),

@@ -7,14 +7,14 @@ mod common;
 use std::path::Path;
 
 use bytemuck::Zeroable;
-use common::{Folder, ROBOT, check_no_panic};
+use common::{Folder, ROBOT, URDF, check_no_panic};
 use serde_json::{Value, json};
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
 use surefoot_shared_types::plan_file::ramps::fitting_chunks;
 use surefoot_shared_types::plan_file::read::{joint_order, load_plan};
 use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
-use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile};
+use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile, RobotBlock};
 use surefoot_shared_types::robot::load::{load_robot, robot_from_block};
 use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::{load_world, world_from_block};
@@ -194,10 +194,29 @@ fn a_plan_holds_its_robot_and_world() {
         (&robot.links, &robot.joints, &robot.feet),
         (&original.links, &original.joints, &original.feet)
     );
-    assert_eq!(robot.standing_q, [0.0, 0.2]);
+    assert_eq!(robot.standing_q, original.standing_q);
+    assert_eq!(robot.robot_path, original.robot_path);
     let world = world_from_block(&plan.scene, &plans, &path).unwrap();
     assert_eq!(world.shapes, load_world(&folder.path("world.toml")).unwrap().shapes);
     assert_eq!(joint_order(&plan, &robot, &path).unwrap(), [0, 1]);
+}
+
+#[test]
+fn how_the_robot_stands_is_read_in_the_robot_file_of_its_urdf_alone() {
+    let folder = Folder::new();
+    let block = plan(&folder).robot;
+    folder.write("other.urdf", URDF.as_bytes());
+    folder.write("other.toml", ROBOT.replace("stilts.urdf", "other.urdf").as_bytes());
+    let plans = folder.path("plans");
+    let standing = |robot_file: Option<&str>| {
+        let block = RobotBlock { robot_file: robot_file.map(str::to_owned), ..block.clone() };
+        let robot = robot_from_block(&block, &plans, &plans.join("plan.json")).unwrap();
+        (robot.robot_path.is_some(), robot.standing_q)
+    };
+    assert_eq!(standing(Some("../robot.toml")), (true, vec![0.3, 0.2]));
+    for other in [None, Some("../gone.toml"), Some("../other.toml")] {
+        assert_eq!(standing(other), (false, vec![0.0, 0.2]), "{other:?}");
+    }
 }
 
 #[test]

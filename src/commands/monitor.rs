@@ -3,6 +3,7 @@
 pub mod statistics;
 
 mod motion;
+mod seen_plan;
 
 use std::time::Duration;
 
@@ -79,6 +80,9 @@ impl Monitor {
     /// Reads all new messages. Returns whether there was one.
     fn receive(&mut self, now: f64) -> Result<bool, CommandError> {
         let mut received = false;
+        while let Some(description) = self.observer.description()? {
+            self.stats.record_description(description);
+        }
         while let Some(chunk) = self.observer.chunk()? {
             received = true;
             let events = self.stats.record_chunk(&chunk, now);

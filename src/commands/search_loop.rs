@@ -3,11 +3,12 @@
 use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::pipeline::{Improvement, SearchStats};
 use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_shared_types::message::LimitKind;
 
+use crate::report::binding::{BindingShare, shares_of};
 use crate::report::command_error::CommandError;
 use crate::report::event::{
-    BindingShare, Bottleneck, Diagnosis, Improved, PlanResult, Planned, RoleEvent, SearchProgress,
-    SmoothMotion,
+    Bottleneck, Diagnosis, Improved, PlanResult, Planned, RoleEvent, SearchProgress, SmoothMotion,
 };
 use crate::report::liveness;
 use crate::report::walk_facts::WalkFacts;
@@ -242,17 +243,11 @@ fn smooth_motion(planner: &Planner, stats: &SearchStats) -> SmoothMotion {
 /// than its rates allow.
 fn binding_of(planner: &Planner) -> (Vec<BindingShare>, f64) {
     let Some(times) = planner.binding_times() else { return (vec![], 0.0) };
-    let all = times.iter().map(|(limit, seconds)| (limit.name(), limit.joint(), seconds));
-    let mut binding: Vec<_> = all.chain([("none", None, times.free)]).collect();
-    let total = binding.iter().map(|(.., seconds)| seconds).sum::<f64>().max(f64::MIN_POSITIVE);
-    binding.retain(|(.., seconds)| *seconds > 0.0);
-    binding.sort_by(|a, b| b.2.total_cmp(&a.2));
-    let share = |(limit, joint, seconds): (&str, Option<usize>, f64)| BindingShare {
-        limit: limit.to_owned(),
-        joint: joint.and_then(|joint| planner.joint_name(joint)).map(str::to_owned),
-        share: seconds / total,
-    };
-    (binding.into_iter().map(share).collect(), times.slowed / total)
+    let of_limits = times.iter().map(|(limit, seconds)| (limit.kind(), limit.joint(), seconds));
+    let all: Vec<_> = of_limits.chain([(LimitKind::None, None, times.free)]).collect();
+    let total: f64 = all.iter().map(|(.., seconds)| seconds).sum();
+    let name = |joint: usize| planner.joint_name(joint).map(str::to_owned);
+    (shares_of(all, name), times.slowed / total.max(f64::MIN_POSITIVE))
 }
 
 fn diagnosis(planner: &Planner) -> Diagnosis {

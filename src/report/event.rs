@@ -8,6 +8,7 @@ use surefoot_planner::Outcome;
 use surefoot_planner::channel::plan_publisher::Delivery;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 
+use crate::report::binding::BindingShare;
 use crate::report::margins::WorstMargins;
 use crate::report::walk_facts::WalkFacts;
 
@@ -165,11 +166,6 @@ impl Improved {
     }
 }
 
-/// Limits that a line of text names at most.
-const BINDING_SHOWN_MAX: usize = 5;
-/// Least share of the time of such a limit.
-const BINDING_SHOWN_MIN: f64 = 0.01;
-
 /// Where a smooth motion is not as smooth or fast as elsewhere, and what binds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SmoothMotion {
@@ -196,17 +192,6 @@ pub struct SmoothMotion {
     pub slowed_share: f64,
 }
 
-/// A limit that binds a motion for a part of its time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct BindingShare {
-    /// Its name; `none` where no limit binds: at rests, and where the acceleration changes.
-    pub limit: String,
-    /// The joint that it concerns.
-    pub joint: Option<String>,
-    /// Share of the motion's time, 0 to 1.
-    pub share: f64,
-}
-
 impl SmoothMotion {
     /// The counts in one line.
     pub fn describe(&self) -> String {
@@ -219,18 +204,6 @@ impl SmoothMotion {
             text += &format!(", {} pieces without a timing", self.untimed_pieces);
         }
         text
-    }
-
-    /// What binds, in one line; empty where nothing is known of it.
-    pub fn describe_binding(&self) -> String {
-        let share = |binding: &BindingShare| {
-            let joint =
-                binding.joint.as_ref().map_or(String::new(), |joint| format!(" of {joint}"));
-            let name = binding.limit.replace('_', " ");
-            format!("{name}{joint} {:.0} %", 100.0 * binding.share)
-        };
-        let shown = self.binding.iter().filter(|binding| binding.share >= BINDING_SHOWN_MIN);
-        shown.take(BINDING_SHOWN_MAX).map(share).collect::<Vec<_>>().join(", ")
     }
 }
 

@@ -1,5 +1,6 @@
 //! Events, reports, errors and messages of the commands.
 
+pub mod binding;
 pub mod command_error;
 pub mod event;
 pub(crate) mod liveness;

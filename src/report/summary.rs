@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use crate::report::binding;
 use crate::report::event::{
     Bottleneck, DeliveryResult, Diagnosis, PlanResult, Planned, describe_stops,
 };
@@ -29,9 +30,9 @@ pub fn text(report: &Report) -> String {
     }
     if let Some(smooth) = &report.smooth {
         line("motion", smooth.describe());
-        let binding = smooth.describe_binding();
-        if !binding.is_empty() {
-            line("bound by", binding);
+        let bound_by = binding::describe(&smooth.binding);
+        if !bound_by.is_empty() {
+            line("bound by", bound_by);
         }
     }
     if let Some(improved) = &report.improved {

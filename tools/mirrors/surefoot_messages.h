@@ -18,6 +18,7 @@
 
 #define SUREFOOT_JOINTS_MAX 48
 #define SUREFOOT_ROOT_FREEDOMS 6
+#define SUREFOOT_CHUNK_BINDINGS_MAX 8
 #define SUREFOOT_CHUNK_WAYPOINTS_MAX 32
 #define SUREFOOT_CONTACTS_MAX 4
 #define SUREFOOT_POLYGON_VERTICES_MAX 16
@@ -26,6 +27,28 @@
 #define SUREFOOT_REASON_BYTES_MAX 160
 #define SUREFOOT_NAME_BYTES_MAX 88
 
+/* No limit binds: at rests, and where the acceleration changes. */
+#define SUREFOOT_LIMIT_KIND_NONE 1
+/* The largest rate of the path's parameter. */
+#define SUREFOOT_LIMIT_KIND_PATH_RATE 2
+/* The speed of a joint. */
+#define SUREFOOT_LIMIT_KIND_SPEED 3
+/* The acceleration of a joint. */
+#define SUREFOOT_LIMIT_KIND_ACCELERATION 4
+/* The torque of a joint. */
+#define SUREFOOT_LIMIT_KIND_TORQUE 5
+/* The centre of pressure inside the soles. */
+#define SUREFOOT_LIMIT_KIND_CENTRE_OF_PRESSURE 6
+/* The zero-moment point inside the support. */
+#define SUREFOOT_LIMIT_KIND_ZERO_MOMENT 7
+/* Friction. */
+#define SUREFOOT_LIMIT_KIND_FRICTION 8
+/* Contact forces and torques together. */
+#define SUREFOOT_LIMIT_KIND_CONTACTS 9
+/* The speed of a landing sole. */
+#define SUREFOOT_LIMIT_KIND_TOUCHDOWN 10
+/* The speed of a stance sole. */
+#define SUREFOOT_LIMIT_KIND_STANCE_SOLE 11
 /* The layout version in PlanChunk::schema. */
 #define SUREFOOT_CHUNK_SCHEMA 2
 /* Flag: the first chunk of its plan. */
@@ -244,8 +267,24 @@ static_assert(offsetof(surefoot_StancePoseData, position) == 0, "offset");
 static_assert(offsetof(surefoot_StancePoseData, yaw) == 24, "offset");
 static_assert(offsetof(surefoot_StancePoseData, stance_width) == 32, "offset");
 
+#define SUREFOOT_CHUNK_BINDING_TYPE_NAME "surefoot.ChunkBinding.v1"
+#define SUREFOOT_CHUNK_BINDING_LAYOUT "0295c6434ece5620"
+/* How long a limit binds the motion of a chunk. */
+typedef struct {
+    /* A LimitKind as its wire value; 0 in an unused entry. */
+    uint32_t kind;
+    /* Index of the joint that a limit of a joint concerns; 0 otherwise. */
+    uint32_t joint;
+    /* Time for which it binds, s. */
+    double seconds;
+} surefoot_ChunkBinding;
+static_assert(sizeof(surefoot_ChunkBinding) == 16, "size");
+static_assert(offsetof(surefoot_ChunkBinding, kind) == 0, "offset");
+static_assert(offsetof(surefoot_ChunkBinding, joint) == 4, "offset");
+static_assert(offsetof(surefoot_ChunkBinding, seconds) == 8, "offset");
+
 #define SUREFOOT_PLAN_CHUNK_TYPE_NAME "surefoot.PlanChunk.v2"
-#define SUREFOOT_PLAN_CHUNK_LAYOUT "eeecee545023fa74"
+#define SUREFOOT_PLAN_CHUNK_LAYOUT "bd15423c307d6d1f"
 /* A part of a plan within one support mode. Its first waypoint repeats the last one of the chunk
    before. Every waypoint is statically stable. The robot may stop along the chunk's path. The
    controller walks plan time at a rate: normally 1 s of the plan each second. If the next chunk
@@ -304,8 +343,12 @@ typedef struct {
     /* The goal that the plan was asked for; of width 0 where the sender states none. It is no
        part of the stream's digest, since the plan does not depend on who asked for it. */
     surefoot_StancePoseData goal;
+    /* The limits that bind the motion of the chunk, the longest first, as the planner timed it;
+       all unused where it was not timed within limits. They are no part of the stream's digest,
+       since they explain the motion and do not change it. */
+    surefoot_ChunkBinding binding[SUREFOOT_CHUNK_BINDINGS_MAX];
 } surefoot_PlanChunk;
-static_assert(sizeof(surefoot_PlanChunk) == 55824, "size");
+static_assert(sizeof(surefoot_PlanChunk) == 55952, "size");
 static_assert(offsetof(surefoot_PlanChunk, schema) == 0, "offset");
 static_assert(offsetof(surefoot_PlanChunk, session) == 8, "offset");
 static_assert(offsetof(surefoot_PlanChunk, target_controller) == 16, "offset");
@@ -329,6 +372,7 @@ static_assert(offsetof(surefoot_PlanChunk, stream) == 200, "offset");
 static_assert(offsetof(surefoot_PlanChunk, contacts) == 232, "offset");
 static_assert(offsetof(surefoot_PlanChunk, waypoints) == 1512, "offset");
 static_assert(offsetof(surefoot_PlanChunk, goal) == 55784, "offset");
+static_assert(offsetof(surefoot_PlanChunk, binding) == 55824, "offset");
 
 #define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v2"
 #define SUREFOOT_MARGINS_LAYOUT "2b108052f02d4347"

@@ -8,6 +8,7 @@ import ctypes
 
 JOINTS_MAX = 48
 ROOT_FREEDOMS = 6
+CHUNK_BINDINGS_MAX = 8
 CHUNK_WAYPOINTS_MAX = 32
 CONTACTS_MAX = 4
 POLYGON_VERTICES_MAX = 16
@@ -66,8 +67,21 @@ class StancePoseData(ctypes.Structure):
         return "surefoot.StancePoseData.v1"
 
 
+class ChunkBinding(ctypes.Structure):
+    LAYOUT = "0295c6434ece5620"
+    _fields_ = [
+        ("kind", ctypes.c_uint32),
+        ("joint", ctypes.c_uint32),
+        ("seconds", ctypes.c_double),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.ChunkBinding.v1"
+
+
 class PlanChunk(ctypes.Structure):
-    LAYOUT = "eeecee545023fa74"
+    LAYOUT = "bd15423c307d6d1f"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("session", ctypes.c_uint64),
@@ -92,6 +106,7 @@ class PlanChunk(ctypes.Structure):
         ("contacts", Contact * CONTACTS_MAX),
         ("waypoints", Waypoint * CHUNK_WAYPOINTS_MAX),
         ("goal", StancePoseData),
+        ("binding", ChunkBinding * CHUNK_BINDINGS_MAX),
     ]
 
     @staticmethod
@@ -386,7 +401,7 @@ class SetPoint(ctypes.Structure):
 
 
 if __name__ == "__main__":
-    for message in [Waypoint, Contact, StancePoseData, PlanChunk, Margins, RestState, WorldCorrection, Feedback, PlanRequest, RequestRecord, PlanStatus, FootForce, SimulationState, Name, JointDescription, FootDescription, Description, FootSchedule, SetPoint]:
+    for message in [Waypoint, Contact, StancePoseData, ChunkBinding, PlanChunk, Margins, RestState, WorldCorrection, Feedback, PlanRequest, RequestRecord, PlanStatus, FootForce, SimulationState, Name, JointDescription, FootDescription, Description, FootSchedule, SetPoint]:
         print(message.__name__, ctypes.sizeof(message))
         for name, _ in message._fields_:
             field = getattr(message, name)

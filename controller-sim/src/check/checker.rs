@@ -43,6 +43,13 @@ use crate::statics::underside::check_soles;
 #[derive(Debug, Clone, PartialEq)]
 pub struct SoleSupports(Vec<SoleSupport>);
 
+impl SoleSupports {
+    /// The corners of all supports in the world, m.
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.0.iter().flat_map(|support| &support.points).map(|point| point.position)
+    }
+}
+
 /// Checks motions of one robot in one world.
 pub struct Checker {
     model: RobotModel,

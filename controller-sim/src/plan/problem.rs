@@ -46,6 +46,7 @@ impl Problem {
              against its"
                 .to_owned(),
         ];
+        notes.extend(standing_note(plan, &model));
         for joint in &mut model.joints {
             if joint.acceleration > ACCELERATION_DEFAULT {
                 notes.push(format!(
@@ -103,6 +104,18 @@ impl Problem {
         let world = load_world(&scenario.world_path)?;
         Ok(Self { notes, ..Self::of_stances(model, world, scenario, plan) })
     }
+}
+
+/// Where it is said how the robot stands and which of its links may overlap.
+fn standing_note(plan: &PlanFile, model: &RobotModel) -> Option<String> {
+    let named = plan.robot.robot_file.as_ref()?;
+    Some(match &model.robot_path {
+        Some(path) => format!("standing posture and allowed overlaps: those of {}", path.display()),
+        None => format!(
+            "standing posture: joints at 0, because {named}, which the plan names, is not there or \
+             not of its URDF; name the scenario"
+        ),
+    })
 }
 
 /// The start and the goal of a scenario, on the ground that a plan stands on.

@@ -90,6 +90,7 @@ pub fn robot() -> RobotModel {
     RobotModel {
         name: "by hand".into(),
         urdf_path: "/by_hand.urdf".into(),
+        robot_path: None,
         mesh_paths: vec![],
         links,
         joints: vec![

@@ -26,6 +26,9 @@ const COVER_DEPTH: f64 = 1e-4;
 /// Incline against the sole up to which a mesh counts as even there: on it, a foot that lands
 /// beside its place stands as it would have.
 const EVEN_INCLINE_MAX: f64 = 1e-3;
+/// Incline against the sole up to which a face that does not carry is ground that a foot beside its
+/// place finds lower. A steeper one is a step, from whose edge the support keeps away.
+const SLOPE_MAX: f64 = 0.3;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
@@ -44,6 +47,11 @@ impl Findings {
             self.intrusion = Some(point);
         }
     }
+}
+
+/// The incline of a face against the sole, from the cosine (above 0) between their normals.
+fn incline(alignment: f64) -> f64 {
+    (1.0 - alignment * alignment).max(0.0).sqrt() / alignment
 }
 
 impl Surfaces {
@@ -157,8 +165,10 @@ impl Surfaces {
         if !is_level && may_tip {
             // Surfaces above the plate are no ground; those that pass through it obstruct.
             let near = |point: &&DVec3| (-tolerance..=self.config.plate_height).contains(&point.z);
+            let incline = incline(alignment);
+            let drop = if incline <= SLOPE_MAX { self.config.foot_shift * incline } else { 0.0 };
             for &at in scratch.clip.polygon.iter().filter(near) {
-                scratch.contacts.ground.push(GroundPoint { at, drop: 0.0, is_carrying: false });
+                scratch.contacts.ground.push(GroundPoint { at, drop, is_carrying: false });
             }
         }
         let buffer = &mut scratch.clip;
@@ -180,8 +190,7 @@ impl Surfaces {
             if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
                 return;
             }
-            // A foot that lands beside its place finds an inclined face lower.
-            let incline = (1.0 - alignment * alignment).max(0.0).sqrt() / alignment;
+            let incline = incline(alignment);
             scratch.contacts.add_ground(&buffer.polygon, self.config.foot_shift * incline);
             if self.config.is_secured && !face.of_mesh {
                 self.keep_from_edges(buffer, sole, vertices);

@@ -11,11 +11,17 @@ use crate::geometry::polygon::{convex_hull, edges, outward_sides};
 
 /// Directions of tilt that are examined, in addition to those across the sides of the support and
 /// of the points that hold in these directions.
-const DIRECTIONS: usize = 16;
+const DIRECTIONS: usize = 64;
 /// Most directions of either kind.
-const DIRECTIONS_MAX: usize = 40;
+const DIRECTIONS_MAX: usize = 96;
 /// The largest tilt of a resting foot, rad.
 const TILT_MAX: f64 = 0.02;
+/// Times that the corners between these directions are examined.
+const CORNER_ROUNDS_MAX: usize = 4;
+/// Less than this is not cut off a corner, m.
+const CORNER_CUT_MIN: f64 = 5e-4;
+/// Points lower than the highest by more do not touch the foot, m.
+const TOUCH_GAP_MAX: f64 = 1.5e-3;
 /// Points that differ less in height are level, m.
 const LEVEL_MAX: f64 = 1e-7;
 /// Points nearer to each other along a direction are one, m.
@@ -29,34 +35,52 @@ const ON_OUTLINE_MAX: f64 = 1e-4;
 pub(crate) struct GroundPoint {
     /// Its position, m.
     pub(crate) at: DVec3,
-    /// How much lower a foot may find it that lands beside its place, m.
+    /// How much lower a foot may find it that lands beside its place, m. Ground that does not carry
+    /// may obstruct it as high as it is.
     pub(crate) drop: f64,
     /// Whether the ground there carries.
     pub(crate) is_carrying: bool,
 }
 
-impl GroundPoint {
-    /// The lowest height at which a foot finds it, m.
-    fn height(&self) -> f64 {
-        self.at.z - self.drop
-    }
-}
-
 /// Clips the support `hull` (counter-clockwise, sole frame) of a foot on `ground` to the part that
-/// holds a centre of mass at `height` (m). `spare` is a buffer, the points of `ground` get another
-/// order. A level ground clips nothing.
+/// holds a centre of mass at `height` (m), both where the foot lands in its place and where it
+/// finds the ground lower. `spare` is a buffer, the points of `ground` are changed. A level ground
+/// clips nothing.
 pub(crate) fn clip_to_held(
     hull: &mut Vec<DVec2>,
     spare: &mut Vec<DVec2>,
     ground: &mut [GroundPoint],
     height: f64,
 ) {
-    let highest = ground.iter().map(GroundPoint::height).fold(f64::NEG_INFINITY, f64::max);
-    if ground.iter().all(|point| point.height() >= highest - LEVEL_MAX) {
+    let highest = top(ground);
+    let is_level =
+        |point: &GroundPoint| point.at.z >= highest - LEVEL_MAX && point.drop <= LEVEL_MAX;
+    if ground.iter().all(is_level) {
         return;
     }
     let count = join(ground);
-    let ground = &ground[..count];
+    let ground = &mut ground[..count];
+    clip_to_touched(hull, spare, ground, height);
+    // What does not carry obstructs a foot wherever it may be.
+    let lowered = ground.iter_mut().filter(|point| point.is_carrying);
+    lowered.for_each(|point| point.at.z -= point.drop);
+    clip_to_touched(hull, spare, ground, height);
+}
+
+/// The height of the highest point, m.
+fn top(ground: &[GroundPoint]) -> f64 {
+    ground.iter().map(|point| point.at.z).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Clips the support to the part that is held by the points which a foot may touch. The order of
+/// the points changes.
+fn clip_to_touched(
+    hull: &mut Vec<DVec2>,
+    spare: &mut Vec<DVec2>,
+    ground: &mut [GroundPoint],
+    height: f64,
+) {
+    let ground = touched(ground);
     let around = (0..DIRECTIONS).map(|k| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
         DVec2::new(cos, sin)
@@ -75,6 +99,47 @@ pub(crate) fn clip_to_held(
     for direction in between {
         clip_beyond(hull, spare, direction, reach(ground, direction, height).0);
     }
+    for _ in 0..CORNER_ROUNDS_MAX {
+        if !cut_corners(hull, spare, ground, height) {
+            break;
+        }
+    }
+}
+
+/// Clips the support across its corners, in the middle between the directions of their sides.
+/// Whether something of it was cut off.
+fn cut_corners(
+    hull: &mut Vec<DVec2>,
+    spare: &mut Vec<DVec2>,
+    ground: &[GroundPoint],
+    height: f64,
+) -> bool {
+    let sides: heapless::Vec<DVec2, DIRECTIONS_MAX> =
+        outward_sides(hull).map(|(normal, _)| normal).take(DIRECTIONS_MAX).collect();
+    let mut is_cut = false;
+    for (before, after) in edges(&sides) {
+        let direction = (before + after).normalize_or_zero();
+        let (reach, _) = reach(ground, direction, height);
+        let corner = hull.iter().map(|at| direction.dot(*at)).fold(f64::NEG_INFINITY, f64::max);
+        if reach < corner - CORNER_CUT_MIN {
+            clip_beyond(hull, spare, direction, reach);
+            is_cut = true;
+        }
+    }
+    is_cut
+}
+
+/// Moves the points that are near enough to the highest to the front.
+fn touched(ground: &mut [GroundPoint]) -> &[GroundPoint] {
+    let lowest = top(ground) - TOUCH_GAP_MAX;
+    let mut count = 0;
+    for index in 0..ground.len() {
+        if ground[index].at.z >= lowest {
+            ground.swap(count, index);
+            count += 1;
+        }
+    }
+    &ground[..count]
 }
 
 /// Keeps the part of a support (counter-clockwise, sole frame) that is `inset` (m) inside the edges
@@ -99,7 +164,7 @@ pub(crate) fn keep_from_ground_edges(
 
 /// Moves the distinct places of the points to the front and returns their number. A corner of
 /// several faces carries if one of them does: a foot touches a peak from its gentlest side. A foot
-/// that lands beside it may land on the steepest of those that carry.
+/// that lands beside it may land on the steepest of them.
 fn join(ground: &mut [GroundPoint]) -> usize {
     let by_place = |a: &GroundPoint, b: &GroundPoint| {
         let axes = [0, 1, 2].map(|axis| a.at[axis].total_cmp(&b.at[axis]));
@@ -144,8 +209,8 @@ fn reach(ground: &[GroundPoint], direction: DVec2, height: f64) -> (f64, DVec2) 
 
 /// The highest point; of several the furthest, and one that carries before others.
 fn highest(ground: &[GroundPoint], along: impl Fn(&GroundPoint) -> f64) -> Option<&GroundPoint> {
-    let top = ground.iter().map(GroundPoint::height).fold(f64::NEG_INFINITY, f64::max);
-    let level = ground.iter().filter(|point| point.height() >= top - LEVEL_MAX);
+    let highest = top(ground);
+    let level = ground.iter().filter(|point| point.at.z >= highest - LEVEL_MAX);
     level.max_by(|a, b| along(a).total_cmp(&along(b)).then(a.is_carrying.cmp(&b.is_carrying)))
 }
 
@@ -157,7 +222,7 @@ fn next_pivot<'a>(
 ) -> Option<(f64, &'a GroundPoint)> {
     let beyond = ground.iter().filter_map(|point| {
         let advance = along(point) - along(pivot);
-        (advance > ADVANCE_MIN).then(|| ((pivot.height() - point.height()) / advance, point))
+        (advance > ADVANCE_MIN).then(|| ((pivot.at.z - point.at.z) / advance, point))
     });
     beyond.min_by(|(a, p), (b, q)| {
         let carrying_first = || q.is_carrying.cmp(&p.is_carrying);
@@ -259,6 +324,23 @@ mod tests {
         let beside = level.iter().filter(|point| point.at.x > 0.0).map(lower(5e-4));
         let [_, high] = held(&level.iter().copied().chain(beside).collect::<Vec<_>>());
         assert!((high - (0.1 - HEIGHT * 2.5e-3)).abs() < 1e-12, "{high}");
+    }
+
+    #[test]
+    fn a_point_out_of_touch_holds_nothing() {
+        let [low, high] = held(&rows(&[(-0.1, 0.0), (0.0, 0.0), (0.1, -1.6e-3)]));
+        assert!((low + 0.1).abs() < 1e-12 && high.abs() < 1e-12, "{low} {high}");
+    }
+
+    #[test]
+    fn a_foot_that_lands_beside_its_place_finds_all_but_obstacles_lower() {
+        // In its place, the foot stands on the row at x = 0.08; beside it, on the steep tip.
+        let mut ground = rows(&[(-0.1, 0.0), (0.08, -4e-4), (0.1, -1e-3)]);
+        let wanted = 0.08 - HEIGHT * 4e-4 / 0.18;
+        ground.iter_mut().filter(|at| at.at.x > 0.09).for_each(|tip| tip.is_carrying = false);
+        assert!((held(&ground)[1] - wanted).abs() < 1e-12);
+        ground.iter_mut().filter(|at| at.at.x > 0.0).for_each(|at| at.drop = 7e-4);
+        assert!((held(&ground)[1] + 0.1).abs() < 1e-12, "{:?}", held(&ground));
     }
 
     #[test]

@@ -15,7 +15,7 @@ use crate::timing::stops::Stop;
 /// Work units of the limits at one point, and of one point in a profile.
 pub(crate) const UNITS_PER_POINT: u64 = 4;
 /// Pieces whose timing changes as more of the path is known.
-const OPEN_PIECES: usize = 2;
+const OPEN_PIECES: usize = 1;
 /// Most intervals of a chunk that rests at every waypoint.
 const RESTING_INTERVALS_MAX: usize = 31;
 /// Largest joint motion (rad or m) between two such waypoints where a point of the path allows it.
@@ -188,15 +188,17 @@ impl TimedChunks {
         let timed = Path { spans: &path.spans[self.first..end], ..path };
         let span = index - self.first;
         let times = self.timing.span_times(span);
-        self.timing.add_binding_times(span, &mut self.binding);
         let count = times.chunks();
         for part in 0..count {
             let [first, last] = times.chunk(part);
             let stop = self.stop(timed, (span, part), times.at(last, times.intervals));
             self.brake_after = stop.brake_at;
+            let binding = self.timing.binding_times(span, part);
+            self.binding.add_all(&binding);
             let waypoints =
                 (first..last + 1).map(|at| self.timing.waypoint(timed, span, &times, at));
-            chunks.append_timed(TimedPart { span: &path.spans[index], stop }, waypoints)?;
+            let part = TimedPart { span: &path.spans[index], stop, binding: binding.longest() };
+            chunks.append_timed(part, waypoints)?;
         }
         Ok(chunks.finalize(count) as u64 + count as u64)
     }

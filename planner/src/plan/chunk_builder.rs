@@ -3,10 +3,12 @@
 
 use bytemuck::Zeroable;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
+use surefoot_shared_types::base::limits::{CHUNK_BINDINGS_MAX, CHUNK_WAYPOINTS_MAX};
 use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{
+    ChunkBinding, Contact, Interpolation, PlanChunk, SupportMode, Waypoint,
+};
 
 use crate::base::arena::zeroed;
 use crate::base::capacity::ArenaFull;
@@ -83,6 +85,8 @@ pub struct TimedPart<'a> {
     pub span: &'a PathSpan,
     /// How the robot stops in it.
     pub stop: Stop,
+    /// What binds it.
+    pub binding: [ChunkBinding; CHUNK_BINDINGS_MAX],
 }
 
 /// State of the stream after the finalized chunks.
@@ -275,6 +279,7 @@ impl ChunkBuilder {
         chunk.brake_at = part.stop.brake_at;
         chunk.brake_duration = part.stop.brake_duration;
         chunk.resume_duration = part.stop.resume_duration;
+        chunk.binding = part.binding;
         if let Some(last) = self.last_timed {
             let follows_rests = at > 0 && self.finalized.is_resting[at - 1];
             let time = if follows_rests { chunk.waypoints[0].time } else { last.time };

@@ -43,10 +43,14 @@ struct NodeJoint {
     axis: DVec3,
 }
 
-/// World frames of all bodies at one configuration.
+/// World frames of all bodies at one configuration. Of the next configuration of the same robot,
+/// only the bodies beyond a joint that has moved are placed anew.
 #[derive(Debug, Clone, Default)]
 pub struct LinkFrames {
     frames: BoundedVec<DAffine3, NODES_MAX>,
+    /// The same in the root's frame, at the positions `q`.
+    root_from_nodes: BoundedVec<DAffine3, NODES_MAX>,
+    q: BoundedVec<f64, JOINTS_MAX>,
     /// By joint: axis in the world, origin in the world (m), kind.
     joints: BoundedVec<(DVec3, DVec3, JointKind), JOINTS_MAX>,
 }
@@ -148,20 +152,41 @@ impl InverseDynamics {
         self.bodies.iter().map(|body| body.mass).sum()
     }
 
-    /// Writes the frames of a configuration.
+    /// Writes the frames of a configuration. `frames` are new, or of the same robot.
     pub fn place(&self, root: &Pose, q: &[f64; JOINTS_MAX], frames: &mut LinkFrames) {
-        let _fits = frames.frames.resize(self.bodies.len(), DAffine3::IDENTITY);
-        let unused = (DVec3::ZERO, DVec3::ZERO, JointKind::Revolute);
-        let _fits = frames.joints.resize(JOINTS_MAX, unused);
-        self.tree.place(0..self.bodies.len(), q, &mut frames.frames);
+        self.place_in_root(q, frames);
         let world_from_root = affine(root);
-        for (body, frame) in self.bodies.iter().zip(&mut frames.frames) {
-            *frame = world_from_root * *frame;
+        let placed = self.bodies.iter().zip(&mut frames.frames).zip(&frames.root_from_nodes);
+        for ((body, frame), root_from_node) in placed {
+            *frame = world_from_root * *root_from_node;
             if let Some(joint) = &body.joint {
                 frames.joints[joint.index] =
                     (frame.matrix3 * joint.axis, frame.translation, joint.kind);
             }
         }
+    }
+
+    /// Places the bodies in the root's frame: those beyond a joint that has moved.
+    fn place_in_root(&self, q: &[f64; JOINTS_MAX], frames: &mut LinkFrames) {
+        let is_new = frames.q.is_empty();
+        if is_new {
+            let count = self.bodies.len();
+            let _fits = frames.frames.resize(count, DAffine3::IDENTITY);
+            let _fits = frames.root_from_nodes.resize(count, DAffine3::IDENTITY);
+            let unused = (DVec3::ZERO, DVec3::ZERO, JointKind::Revolute);
+            let _fits = frames.joints.resize(JOINTS_MAX, unused);
+            let _fits = frames.q.resize(JOINTS_MAX, 0.0);
+        }
+        let mut has_moved = [is_new; NODES_MAX];
+        for (index, body) in self.bodies.iter().enumerate() {
+            let Some(joint) = &body.joint else { continue };
+            let at = joint.index;
+            has_moved[index] |= has_moved[body.parent] || q[at].to_bits() != frames.q[at].to_bits();
+            if has_moved[index] {
+                self.tree.place(index..index + 1, q, &mut frames.root_from_nodes);
+            }
+        }
+        frames.q.copy_from_slice(q);
     }
 
     /// Wrench and torques of a motion: velocities `v` and accelerations `a` of root (along world
@@ -191,33 +216,6 @@ impl InverseDynamics {
             parent.1 += moment + arm.cross(force);
         }
         GeneralizedForce { force: forces[0].0, moment: forces[0].1, torques }
-    }
-
-    /// The wrench alone of such a motion: force (N), and moment about the root's origin (N m).
-    pub fn root_wrench(
-        &self,
-        frames: &LinkFrames,
-        v: &[f64; VELOCITY_MAX],
-        a: &[f64; VELOCITY_MAX],
-    ) -> (DVec3, DVec3) {
-        let forces = self.forward(frames, v, a, 0.0);
-        let root = frames.frames[0].translation;
-        let parts = frames.frames.iter().zip(&forces);
-        parts.fold((DVec3::ZERO, DVec3::ZERO), |(sum, moments), (frame, (force, moment))| {
-            let arm = frame.translation - root;
-            (sum + *force, moments + *moment + arm.cross(*force))
-        })
-    }
-
-    /// The wrench alone that holds the robot at rest against gravity (m/s2, downward).
-    pub fn weight_wrench(&self, frames: &LinkFrames, gravity: f64) -> (DVec3, DVec3) {
-        let root = frames.frames[0].translation;
-        let parts = frames.frames.iter().zip(&self.bodies);
-        parts.fold((DVec3::ZERO, DVec3::ZERO), |(sum, moments), (frame, body)| {
-            let force = DVec3::Z * (gravity * body.mass);
-            let arm = frame.transform_point3(body.com) - root;
-            (sum + force, moments + arm.cross(force))
-        })
     }
 
     /// Force on every body, and moment about its origin.

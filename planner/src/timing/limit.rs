@@ -1,6 +1,8 @@
 //! The kinds of limits that bound the rates of a path.
 
-use surefoot_shared_types::base::limits::JOINTS_MAX;
+use bytemuck::Zeroable;
+use surefoot_shared_types::base::limits::{CHUNK_BINDINGS_MAX, JOINTS_MAX};
+use surefoot_shared_types::message::{ChunkBinding, LimitKind};
 
 /// A limit that bounds rates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -68,20 +70,25 @@ impl Limit {
         }
     }
 
+    /// Its kind in messages.
+    pub fn kind(self) -> LimitKind {
+        match self {
+            Self::PathRate => LimitKind::PathRate,
+            Self::Speed(_) => LimitKind::Speed,
+            Self::Acceleration(_) => LimitKind::Acceleration,
+            Self::Torque(_) => LimitKind::Torque,
+            Self::CentreOfPressure => LimitKind::CentreOfPressure,
+            Self::ZeroMoment => LimitKind::ZeroMoment,
+            Self::Friction => LimitKind::Friction,
+            Self::Contacts => LimitKind::Contacts,
+            Self::Touchdown => LimitKind::Touchdown,
+            Self::StanceSole => LimitKind::StanceSole,
+        }
+    }
+
     /// Its name in reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::PathRate => "path_rate",
-            Self::Speed(_) => "speed",
-            Self::Acceleration(_) => "acceleration",
-            Self::Torque(_) => "torque",
-            Self::CentreOfPressure => "centre_of_pressure",
-            Self::ZeroMoment => "zero_moment",
-            Self::Friction => "friction",
-            Self::Contacts => "contact_forces",
-            Self::Touchdown => "touchdown_speed",
-            Self::StanceSole => "stance_sole_speed",
-        }
+        self.kind().name()
     }
 
     /// The joint that it concerns.
@@ -123,6 +130,29 @@ impl BindingTimes {
         self.slowed += if is_slowed { seconds } else { 0.0 };
     }
 
+    /// Adds other times.
+    pub fn add_all(&mut self, other: &Self) {
+        self.seconds.iter_mut().zip(&other.seconds).for_each(|(sum, seconds)| *sum += seconds);
+        (self.slowed, self.free) = (self.slowed + other.slowed, self.free + other.free);
+    }
+
+    /// What a chunk states of them: the longest ones, also the time in which no limit binds.
+    pub fn longest(&self) -> [ChunkBinding; CHUNK_BINDINGS_MAX] {
+        let of_limit = |(limit, seconds): (Limit, f64)| {
+            ChunkBinding::new(limit.kind(), limit.joint(), seconds)
+        };
+        let free = ChunkBinding::new(LimitKind::None, None, self.free);
+        let mut longest = [ChunkBinding::zeroed(); CHUNK_BINDINGS_MAX];
+        for entry in self.iter().map(of_limit).chain([free]) {
+            let at = longest.partition_point(|other| other.seconds >= entry.seconds);
+            if let Some(shorter @ [_, ..]) = longest.get_mut(at..) {
+                shorter.rotate_right(1);
+                shorter[0] = entry;
+            }
+        }
+        longest
+    }
+
     /// Every limit with the time for which it binds, s.
     pub fn iter(&self) -> impl Iterator<Item = (Limit, f64)> + '_ {
         Limit::all().map(|limit| (limit, self.seconds[limit.index()]))
@@ -146,6 +176,13 @@ mod tests {
         times.add(Some(Limit::Torque(3)), 0.25, true);
         times.add(None, 1.0, false);
         assert_eq!((times.slowed, times.free), (0.25, 1.0));
+        let mut sum = times.clone();
+        sum.add_all(&times);
+        assert_eq!((sum.slowed, sum.free), (0.5, 2.0));
+        let entries = [(LimitKind::None, None, 2.0), (LimitKind::Torque, Some(3), 1.5)];
+        let longest = sum.longest();
+        assert_eq!([longest[0], longest[1]].map(|entry| entry.known()), entries.map(Some));
+        assert_eq!(longest[2].known(), None);
         let bound: Vec<_> = times.iter().filter(|(_, seconds)| *seconds > 0.0).collect();
         assert_eq!(bound, [(Limit::Torque(3), 0.75)]);
         assert_eq!((Limit::Torque(3).name(), Limit::Torque(3).joint()), ("torque", Some(3)));

@@ -1,6 +1,5 @@
 //! Time-optimal timing of a smooth path within the limits of joints and contacts.
 
-mod balance_table;
 mod border;
 mod contact_bounds;
 pub mod contact_rates;
@@ -21,6 +20,7 @@ pub mod slow_downs;
 pub mod stops;
 pub mod support;
 pub mod time_law;
+mod timed_motion;
 pub mod timed_path;
 pub mod timed_robot;
 mod tuning;

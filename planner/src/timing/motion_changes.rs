@@ -118,11 +118,6 @@ impl MotionChanges {
         }
     }
 
-    /// The last law that changed the motion of a span.
-    pub fn version(&self, span: usize) -> u32 {
-        self.versions[span]
-    }
-
     /// Whether a span was within the limits as it is.
     pub(super) fn is_checked(&self, what: Checked, span: usize) -> bool {
         self.checked[what as usize][span] == self.versions[span]

@@ -29,7 +29,7 @@ pub struct PathState<'a> {
 }
 
 /// The dynamics at a point of a path.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct PathDynamics {
     /// Frames of the bodies.
     pub frames: LinkFrames,
@@ -113,14 +113,6 @@ impl PathDynamics {
         self.affine(|effort| effort.torques[joint])
     }
 
-    /// The torque of a joint beyond which the only contact is.
-    pub fn torque_under_load(&self, joint: usize) -> Affine {
-        self.affine(|effort| {
-            let load = (effort.force, effort.moment);
-            effort.torques[joint] - self.frames.torque_of_wrench(joint, load.0, load.1, self.origin)
-        })
-    }
-
     /// The torque of a joint with the contacts of `support`; `None` where it depends on how they
     /// share the load.
     pub(crate) fn own_torque(
@@ -129,17 +121,41 @@ impl PathDynamics {
         chains: &Chains,
         joint: usize,
     ) -> Option<Affine> {
-        match support.feet.as_slice() {
-            [foot] if chains[foot.limb].contains(&joint) => Some(self.torque_under_load(joint)),
-            feet if feet.iter().any(|foot| chains[foot.limb].contains(&joint)) => None,
-            _ => Some(self.torque(joint)),
+        let is_loaded = bears_all(support, chains, joint)?;
+        Some(self.affine(|effort| self.torque_of(effort, joint, is_loaded)))
+    }
+
+    /// The same at one instant of a motion, of which all is the constant part.
+    pub(crate) fn own_torque_of_instant(
+        &self,
+        support: &Support,
+        chains: &Chains,
+        joint: usize,
+    ) -> Option<f64> {
+        let is_loaded = bears_all(support, chains, joint)?;
+        Some(self.torque_of(&self.standing, joint, is_loaded))
+    }
+
+    /// A joint's part of an effort; `is_loaded`: the only contact is beyond it.
+    fn torque_of(&self, effort: &GeneralizedForce, joint: usize, is_loaded: bool) -> f64 {
+        let torque = effort.torques[joint];
+        if !is_loaded {
+            return torque;
         }
+        let (force, moment) = (effort.force, effort.moment);
+        torque - self.frames.torque_of_wrench(joint, force, moment, self.origin)
     }
 
     fn affine(&self, of: impl Fn(&GeneralizedForce) -> f64) -> Affine {
         let slope = DVec2::new(of(&self.by_speed), of(&self.by_acceleration));
         Affine { slope, constant: of(&self.standing) }
     }
+}
+
+/// Whether the only contact is beyond a joint; `None` where one of two is.
+fn bears_all(support: &Support, chains: &Chains, joint: usize) -> Option<bool> {
+    let is_beyond = support.feet.iter().any(|foot| chains[foot.limb].contains(&joint));
+    (!is_beyond || support.feet.len() == 1).then_some(is_beyond)
 }
 
 /// The rates within the limits of each joint by itself: speeds, accelerations, and the torques that

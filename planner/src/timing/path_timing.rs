@@ -2,15 +2,13 @@
 //! rounding, and the check of the rounded motion, which slows it down where it is beyond a limit.
 //!
 //! Points come in pieces. Each call of [`PathTiming::solve`] ends the path known so far at rest and
-//! fixes the profile up to the touch-down before the last two pieces; so a fixed profile can always
-//! come to rest within the known path. The rest of the path is timed anew when more of it is known.
+//! fixes the profile up to the touch-down before the last piece; so a fixed profile can always come
+//! to rest within the known path. The rest of the path is timed anew when more of it is known.
 
 use surefoot_shared_types::message::Waypoint;
 
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
-use crate::timing::balance_table::{BalanceSource, BalanceTable};
-use crate::timing::contact_rates::ContactRates;
 use crate::timing::limit::BindingTimes;
 use crate::timing::limits::Level;
 use crate::timing::load_sharing::LoadSchedule;
@@ -19,10 +17,11 @@ use crate::timing::path_point::Path;
 use crate::timing::profile::{Node, binding, controllable, fastest};
 use crate::timing::profile_check::ProfileCheck;
 use crate::timing::slow_downs::SlowDowns;
-use crate::timing::stops::{Stop, StopTable, TimedMotion};
+use crate::timing::stops::{Stop, StopTable};
 use crate::timing::time_law::TimeLaw;
+use crate::timing::timed_motion::TimedMotion;
 use crate::timing::timed_path::{SpanTimes, TimedPath, state_at};
-use crate::timing::timed_robot::TimedRobot;
+use crate::timing::timed_robot::{PointLimits, TimedRobot, TimingMemory};
 use crate::timing::tuning::{
     COP_MARGIN_EXTRA, ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX,
 };
@@ -56,12 +55,11 @@ impl TimingStats {
 #[derive(Debug)]
 pub struct PathTiming {
     robot: TimedRobot,
-    contact_rates: ContactRates,
+    memory: TimingMemory,
     timed: TimedPath,
     profile: Profile,
     slow_downs: SlowDowns,
     changes: MotionChanges,
-    balance: BalanceTable,
     stops: StopTable,
     stats: TimingStats,
 }
@@ -88,7 +86,7 @@ impl PathTiming {
         let nodes_max = timed.nodes.capacity();
         Self {
             robot,
-            contact_rates: ContactRates::default(),
+            memory: TimingMemory::default(),
             timed,
             profile: Profile {
                 ceilings: reserve(nodes_max),
@@ -100,7 +98,6 @@ impl PathTiming {
             },
             slow_downs: SlowDowns::new(nodes_max),
             changes: MotionChanges::new(nodes_max, points_max),
-            balance: BalanceTable::default(),
             stops: StopTable::new(nodes_max),
             stats: TimingStats::default(),
         }
@@ -116,7 +113,6 @@ impl PathTiming {
         (profile.accepted_spans, profile.fixed, profile.solved_spans) = (0, 0, 0);
         self.slow_downs.begin();
         self.changes.begin();
-        self.balance.begin();
         self.stops.begin();
         self.stats = TimingStats::default();
     }
@@ -129,7 +125,7 @@ impl PathTiming {
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         let nodes_max = self.timed.nodes.capacity();
-        let tables = self.changes.bytes() + self.balance.bytes() + self.stops.bytes();
+        let tables = self.changes.bytes() + self.stops.bytes();
         self.timed.bytes() + tables + 4 * nodes_max * size_of::<f64>()
     }
 
@@ -170,8 +166,8 @@ impl PathTiming {
             };
             let state = state_at(points, parameter);
             let lands = at + 1 == count && span.contacts.len() == 1;
-            let (rates, level) =
-                self.robot.rates(&mut self.contact_rates, &contacts, &state, lands);
+            let PointLimits { rates, level, balance } =
+                self.robot.rates(&mut self.memory, &contacts, &state, lands);
             self.stats.relaxed += u64::from(level != Level::Full);
             self.stats.unsupported += u64::from(level == Level::Unsupported);
             self.timed.nodes.push(Node {
@@ -180,6 +176,7 @@ impl PathTiming {
                 rates,
                 factor: 1.0,
                 level,
+                balance,
             });
             self.profile.ceilings.push(0.0);
             self.profile.speeds.push(0.0);
@@ -283,7 +280,7 @@ impl PathTiming {
 
     /// Computes the time law from a node on.
     fn rebuild_law(&mut self, first: usize) {
-        self.timed.law.rebuild(first, &self.timed.nodes, &self.profile.speeds);
+        self.timed.rebuild_law(first, &self.profile.speeds);
         self.changes.note(first, &self.timed, &self.profile.speeds);
     }
 
@@ -317,16 +314,15 @@ impl PathTiming {
     /// Whether the rounded motion is within the limits and every chunk has a stop. Notes where to
     /// slow down if not.
     fn is_within(&mut self, path: Path<'_>) -> bool {
-        let Self { robot, contact_rates, timed, slow_downs, changes, balance, stops, .. } = self;
+        let Self { robot, memory, timed, slow_downs, changes, stops, .. } = self;
         let first = self.profile.fixed.saturating_sub(1);
         let open = if first > 0 { timed.law.time_of_node(first) } else { 0.0 };
         let from = open - if first > 0 { ROUNDING_TIME } else { 0.0 };
-        let mut check = ProfileCheck { robot, contact_rates, path, timed, slow_downs, changes };
+        let mut check = ProfileCheck { robot, memory, path, timed, slow_downs, changes };
         if !(check.rates_are_within(open) && check.motion_is_within(from)) {
             return false;
         }
-        let source = BalanceSource { robot, path, timed, changes };
-        stops.find(&mut TimedMotion::new(source, balance), slow_downs)
+        stops.find(&mut TimedMotion::new(robot, path, timed), slow_downs)
     }
 
     /// Number of spans known so far.
@@ -334,16 +330,25 @@ impl PathTiming {
         self.timed.spans()
     }
 
-    /// Adds how long each limit binds the unrounded motion of a span.
-    pub fn add_binding_times(&self, span: usize, times: &mut BindingTimes) {
+    /// How long each limit binds the unrounded motion of a chunk of a span. A cell counts for the
+    /// chunk in which its middle is.
+    pub fn binding_times(&self, span: usize, chunk: usize) -> BindingTimes {
         let Self { timed, profile, .. } = self;
-        let (first, end) = (timed.first_node(span), timed.first_node(span + 1));
-        for index in first..end.min(timed.nodes.len() - 1) {
-            let [node, next] = [index, index + 1].map(|at| &timed.nodes[at]);
-            let limit = binding([node, next], [profile.speeds[index], profile.speeds[index + 1]]);
+        let known = timed.span_times(span);
+        let ends_before = |time: f64| move |chunk: &usize| known.chunk_times(*chunk)[1] <= time;
+        let mut times = BindingTimes::default();
+        let end = timed.first_node(span + 1).min(timed.nodes.len() - 1);
+        for index in timed.first_node(span)..end {
             let [begin, end] = [index, index + 1].map(|at| timed.law.time_of_node(at));
-            times.add(limit, end - begin, node.factor.min(next.factor) < 1.0);
+            let middle = 0.5 * (begin + end);
+            if (0..known.chunks() - 1).take_while(ends_before(middle)).count() == chunk {
+                let [node, next] = [index, index + 1].map(|at| &timed.nodes[at]);
+                let speeds = [index, index + 1].map(|at| profile.speeds[at]);
+                let is_slowed = node.factor.min(next.factor) < 1.0;
+                times.add(binding([node, next], speeds), end - begin, is_slowed);
+            }
         }
+        times
     }
 
     /// The times of a span.
@@ -379,10 +384,8 @@ impl PathTiming {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where
     /// that has none.
-    pub fn stop(&mut self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
-        let Self { robot, timed, changes, balance, stops, .. } = self;
-        let source = BalanceSource { robot, path, timed, changes };
-        stops.stop(&mut TimedMotion::new(source, balance), span, chunk)
+    pub fn stop(&self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
+        self.stops.stop(&mut TimedMotion::new(&self.robot, path, &self.timed), span, chunk)
     }
 
     /// A waypoint of a span with its feed-forward torques.

@@ -10,6 +10,7 @@ use glam::DVec2;
 use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
 use crate::timing::rate_set::RateSet;
+use crate::timing::zero_moment::BalanceTerms;
 
 /// A point of the path within one span. Two spans share a point: it is a node of each.
 #[derive(Debug, Clone)]
@@ -24,6 +25,8 @@ pub struct Node {
     pub factor: f64,
     /// What the rates leave of the limits.
     pub level: Level,
+    /// The load on the ground.
+    pub balance: BalanceTerms,
 }
 
 /// The limit that binds in the cell between two nodes with these squared speeds; `None` where the
@@ -126,6 +129,7 @@ mod tests {
                 rates: set(position),
                 factor: 1.0,
                 level: Level::Full,
+                balance: BalanceTerms::default(),
             }
         };
         (0..count).map(node).collect()

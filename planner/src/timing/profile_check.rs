@@ -1,33 +1,35 @@
 //! Whether the rounded motion of a profile is within the limits, and where it has to be slower.
 
-use glam::DVec3;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::message::interpolation::hermite;
 use surefoot_shared_types::message::{Interpolation, Waypoint};
 
-use crate::timing::contact_rates::ContactRates;
 use crate::timing::motion_changes::{Checked, MotionChanges};
 use crate::timing::path_point::Path;
 use crate::timing::slow_downs::SlowDowns;
+use crate::timing::time_law::PathRates;
+use crate::timing::timed_motion::EmittedInterval;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
-use crate::timing::timed_robot::{SpanContacts, TimedRobot};
-use crate::timing::tuning::{
-    COP_MARGIN_BETWEEN, INTERVAL_MAX, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER,
-};
+use crate::timing::timed_robot::{SpanContacts, TimedRobot, TimingMemory};
+use crate::timing::tuning::{COP_MARGIN_BETWEEN, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER};
 
 /// Rounding of shares of limits.
 const SHARE_TOLERANCE: f64 = 1e-9;
-/// Changes of the root's acceleration (m/s2), of its angular acceleration (rad/s2) and of a joint's
-/// acceleration (rad/s2 or m/s2) between two waypoints up to which the middle between them is
-/// checked alone.
-const STEADY_MAX: [f64; 3] = [0.5, 0.5, 5.0];
+/// Parts of an interval between two waypoints in which the rates are compared.
+const RATE_PARTS: usize = 4;
+/// Distances of the root's acceleration (m/s2) and of a joint's acceleration (rad/s2 or m/s2)
+/// between two waypoints from a straight line, up to which the middle between them is checked
+/// alone. The first one moves the zero-moment point by 1 cm.
+const EVEN_MAX: [f64; 2] = [0.1, 1.5];
 /// The parts into which the curve between other waypoints is divided.
-const PARTS_WHERE_UNSTEADY: usize = 8;
+const PARTS_WHERE_UNEVEN: usize = 8;
 
 /// Compares a motion with the limits. Spans that are unchanged since they were within the limits
 /// are not compared again.
 #[derive(Debug)]
 pub(super) struct ProfileCheck<'a> {
     pub robot: &'a TimedRobot,
-    pub contact_rates: &'a mut ContactRates,
+    pub memory: &'a mut TimingMemory,
     pub path: Path<'a>,
     pub timed: &'a TimedPath,
     pub slow_downs: &'a mut SlowDowns,
@@ -52,12 +54,10 @@ impl ProfileCheck<'_> {
                 continue;
             }
             let times = self.timed.span_times(span);
-            let count = 2 * times.intervals;
             let mut span_is_within = true;
-            for sample in 0..=count {
-                let time = times.at(sample, count);
-                if time >= from && times.end > from {
-                    span_is_within &= self.rate_is_within(span, time);
+            for index in 0..times.intervals {
+                if times.end > from && times.at(index + 1, times.intervals) >= from {
+                    span_is_within &= self.interval_is_within((span, &times, index), from);
                 }
             }
             if span_is_within {
@@ -68,8 +68,25 @@ impl ProfileCheck<'_> {
         is_within
     }
 
-    fn rate_is_within(&mut self, span: usize, time: f64) -> bool {
-        let rates = self.timed.law.at(time);
+    /// Compares rates in an interval between two waypoints after a time (s).
+    fn interval_is_within(
+        &mut self,
+        (span, times, index): (usize, &SpanTimes, usize),
+        from: f64,
+    ) -> bool {
+        let interval = EmittedInterval::new(self.timed, span, times, index);
+        let is_last = index + 1 == times.intervals;
+        let mut is_within = true;
+        for part in 0..RATE_PARTS + usize::from(is_last) {
+            let time = times.at(RATE_PARTS * index + part, RATE_PARTS * times.intervals);
+            if time >= from {
+                is_within &= self.rate_is_within(span, interval.at(time));
+            }
+        }
+        is_within
+    }
+
+    fn rate_is_within(&mut self, span: usize, rates: PathRates) -> bool {
         let share = self.timed.share_of(span, &rates);
         if share > RATES_SHARE_MAX {
             self.slow_downs.ask_near(self.timed, rates.position, rates.speed, SLOWER / share);
@@ -105,7 +122,7 @@ impl ProfileCheck<'_> {
             }
             if index < times.intervals {
                 let next = self.timed.state(self.path, span, times, index + 1);
-                if here.time + 0.5 * INTERVAL_MAX >= from {
+                if 0.5 * (here.time + next.time) >= from {
                     is_within &= self.curve_is_within((span, contacts), [&here, &next]);
                 }
                 here = next;
@@ -114,14 +131,14 @@ impl ProfileCheck<'_> {
         is_within
     }
 
-    /// Checks instants between two waypoints: the middle, and more where an acceleration changes
-    /// much.
+    /// Checks instants between two waypoints: the middle, and more where an acceleration is far
+    /// from a straight line.
     fn curve_is_within(
         &mut self,
         on: (usize, &SpanContacts<'_>),
         [here, next]: [&Waypoint; 2],
     ) -> bool {
-        let parts = if is_steady(here, next) { 2 } else { PARTS_WHERE_UNSTEADY };
+        let parts = if is_even(here, next) { 2 } else { PARTS_WHERE_UNEVEN };
         let mut is_within = true;
         for part in 1..parts {
             let time = here.time + (next.time - here.time) * part as f64 / parts as f64;
@@ -138,12 +155,12 @@ impl ProfileCheck<'_> {
         (span, contacts): (usize, &SpanContacts<'_>),
         sample: &Waypoint,
     ) -> bool {
-        let Self { robot, contact_rates, timed, slow_downs, .. } = self;
+        let Self { robot, memory, timed, slow_downs, .. } = self;
         let rates = timed.law.at(sample.time);
         let (node, _) = timed.node_before(span, rates.position);
         let mut level = timed.nodes[node].level.max(timed.nodes[node + 1].level);
         loop {
-            let mut load = |at: &Waypoint| robot.load(contact_rates, contacts, level, at);
+            let mut load = |at: &Waypoint| robot.load(memory, contacts, level, at);
             let moving = load(sample);
             if moving <= 1.0 + SHARE_TOLERANCE {
                 return true;
@@ -161,14 +178,23 @@ impl ProfileCheck<'_> {
     }
 }
 
-/// Whether no acceleration changes much between two waypoints.
-pub(super) fn is_steady(here: &Waypoint, next: &Waypoint) -> bool {
-    let [[from, turn_from], [to, turn_to]] = [here, next].map(|waypoint| {
-        let (linear, angular) = waypoint.root_acceleration.split_at(3);
-        [linear, angular].map(DVec3::from_slice)
-    });
-    let joints = here.joint_acceleration.iter().zip(&next.joint_acceleration);
-    let joint = joints.map(|(from, to)| (from - to).abs()).fold(0.0, f64::max);
-    let changes = [from.distance(to), turn_from.distance(turn_to), joint];
-    changes.iter().zip(STEADY_MAX).all(|(change, most)| *change <= most)
+/// Whether the accelerations between two waypoints are near a straight line, a quarter from both.
+fn is_even(here: &Waypoint, next: &Waypoint) -> bool {
+    let seconds = next.time - here.time;
+    let is_near = |[from, to]: [[f64; 3]; 2], most: f64| {
+        [0.25, 0.75].iter().all(|&part| {
+            let [.., acceleration] = hermite(from, to, seconds, part * seconds);
+            let straight = from[2] + (to[2] - from[2]) * part;
+            (acceleration - straight).abs() <= most
+        })
+    };
+    let root = |at: &Waypoint, axis: usize| {
+        [at.root_position[axis], at.root_velocity[axis], at.root_acceleration[axis]]
+    };
+    let joint = |at: &Waypoint, joint: usize| {
+        [at.q[joint], at.joint_velocity[joint], at.joint_acceleration[joint]]
+    };
+    (0..3).all(|axis| is_near([here, next].map(|at| root(at, axis)), EVEN_MAX[0]))
+        && (0..JOINTS_MAX)
+            .all(|index| is_near([here, next].map(|at| joint(at, index)), EVEN_MAX[1]))
 }

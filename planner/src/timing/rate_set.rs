@@ -113,10 +113,17 @@ impl RateSet {
         if self.vertices.len() < 3 {
             return (Limit::PathRate, f64::INFINITY);
         }
-        for (normal, offset, limit) in self.sides() {
+        for (at, &limit) in self.limits.iter().enumerate() {
+            let a = self.vertices[at];
+            let b = *self.vertices.get(at + 1).unwrap_or(&self.vertices[0]);
+            // The rate is on the inner side of rest: that shows without the normal's length.
+            if (a - b).perp().dot(rate) <= 0.0 {
+                continue;
+            }
+            let normal = -inward_normal(a, b);
             let used = normal.dot(rate);
             if used > USED_MIN {
-                let share = used / offset.max(1e-12);
+                let share = used / normal.dot(a).max(1e-12);
                 most = if share > most.1 { (limit, share) } else { most };
             }
         }

@@ -5,13 +5,11 @@
 //! may begin before a short chunk does, but not before the one of the chunk before it: until then
 //! the robot does not brake. So stops are found from the last chunk known to the first.
 
-use surefoot_shared_types::message::{PlanTime, Ramp};
+use surefoot_shared_types::message::Ramp;
 
 use crate::base::arena::reserve;
-use crate::timing::balance_table::{BalanceSource, BalanceTable, SampledSpan};
-use crate::timing::limits::Level;
 use crate::timing::slow_downs::SlowDowns;
-use crate::timing::timed_path::TimedPath;
+use crate::timing::timed_motion::TimedMotion;
 use crate::timing::tuning::{
     INTERVAL_MAX, RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP, RAMP_STEPS_MAX,
     RATES_SHARE_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
@@ -106,7 +104,7 @@ impl StopTable {
         motion: &mut TimedMotion<'_>,
         slow_downs: &mut SlowDowns,
     ) -> bool {
-        let timed = motion.source.timed;
+        let timed = motion.timed;
         self.brakes.clear();
         let after = self.brake_after;
         let (mut latest, mut finds_all) = (f64::INFINITY, true);
@@ -140,7 +138,7 @@ fn brake(
     [after, before]: [f64; 2],
     [begin, end]: [f64; 2],
 ) -> Option<(f64, f64)> {
-    if motion.timed().law.at(end).speed <= REST_SPEED {
+    if motion.timed.law.at(end).speed <= REST_SPEED {
         return Some((end, 0.0));
     }
     let mut best: Option<(f64, f64)> = None;
@@ -176,7 +174,7 @@ fn resume_duration(motion: &mut TimedMotion<'_>, time: f64) -> Option<f64> {
 /// the zero-moment point keeps the controller's margin, twice between any two waypoints: the
 /// acceleration of a motion may change within that time.
 fn ramp_holds(motion: &mut TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
-    let timed = motion.timed();
+    let timed = motion.timed;
     let samples = |count: usize| {
         (0..=count).map(move |sample| {
             let at = ramp.at(ramp.seconds() * sample as f64 / count as f64);
@@ -190,42 +188,6 @@ fn ramp_holds(motion: &mut TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
     });
     let fine = RAMP_SAMPLES.max(2 * libm::ceil(ramp.seconds() / INTERVAL_MAX) as usize);
     has_rates && samples(fine).all(|(time, at)| motion.is_upright(time, &at))
-}
-
-/// The motion of a path within the robot's limits.
-#[derive(Debug)]
-pub(super) struct TimedMotion<'a> {
-    source: BalanceSource<'a>,
-    balance: &'a mut BalanceTable,
-    /// The span in which the last sample was.
-    last: Option<SampledSpan>,
-}
-
-impl<'a> TimedMotion<'a> {
-    /// A robot's motion along a timed path.
-    pub fn new(source: BalanceSource<'a>, balance: &'a mut BalanceTable) -> Self {
-        Self { source, balance, last: None }
-    }
-
-    fn timed(&self) -> &'a TimedPath {
-        self.source.timed
-    }
-
-    /// Whether the zero-moment point keeps the controller's margin at a time while plan time passes
-    /// like this.
-    fn is_upright(&mut self, time: f64, at: &PlanTime) -> bool {
-        let BalanceSource { robot, path, timed, .. } = self.source;
-        let known =
-            self.last.take().filter(|last| last.times.begin <= time && time < last.times.end);
-        let sampled = self.last.insert(known.unwrap_or_else(|| {
-            let span = timed.span_at(time);
-            let contact_ground = robot.contact_ground(&path.spans[span]);
-            SampledSpan { span, times: timed.span_times(span), contact_ground }
-        }));
-        let basis = self.balance.at(&self.source, sampled, time);
-        let region = sampled.contact_ground.region(Level::Bare, 0.0);
-        region.holds_load(&basis.moving(at), &basis.at_rest)
-    }
 }
 
 /// Speed along the path below which it rests.

@@ -177,9 +177,17 @@ mod tests {
     use super::*;
     use crate::timing::limits::Level;
     use crate::timing::rate_set::RateSet;
+    use crate::timing::zero_moment::BalanceTerms;
 
     fn node(position: f64, rests: bool) -> Node {
-        Node { position, rests, rates: RateSet::default(), factor: 1.0, level: Level::Full }
+        Node {
+            position,
+            rests,
+            rates: RateSet::default(),
+            factor: 1.0,
+            level: Level::Full,
+            balance: BalanceTerms::default(),
+        }
     }
 
     #[test]

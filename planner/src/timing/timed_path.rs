@@ -8,7 +8,7 @@ use crate::base::arena::reserve;
 use crate::timing::path_point::{Path, PathPoint};
 use crate::timing::profile::Node;
 use crate::timing::time_law::{PathRates, TimeLaw};
-use crate::timing::tuning::INTERVAL_MAX;
+use crate::timing::tuning::{INTERVAL_MAX, ROUNDING_TIME};
 
 /// The nodes of a path with a time law.
 #[derive(Debug)]
@@ -19,6 +19,9 @@ pub struct TimedPath {
     pub starts: Vec<(usize, f64)>,
     /// The rounded time law.
     pub law: TimeLaw,
+    /// When the rounded law is at the first node of each span, s; not yet computed for those that
+    /// are added after the law.
+    begins: Vec<f64>,
 }
 
 /// The times of a span.
@@ -40,6 +43,7 @@ impl TimedPath {
             nodes: reserve(nodes_max),
             starts: reserve(points_max),
             law: TimeLaw::new(nodes_max),
+            begins: reserve(points_max),
         }
     }
 
@@ -47,6 +51,7 @@ impl TimedPath {
     pub fn begin(&mut self) {
         self.nodes.clear();
         self.starts.clear();
+        self.begins.clear();
         self.law.rebuild(0, &[], &[]);
     }
 
@@ -54,6 +59,20 @@ impl TimedPath {
     pub fn truncate(&mut self, nodes: usize, spans: usize) {
         self.nodes.truncate(nodes);
         self.starts.truncate(spans);
+        self.begins.truncate(spans);
+    }
+
+    /// Computes the time law from a node on, for squared speeds at the nodes. Times of spans up to
+    /// `ROUNDING_TIME` before that node change, too.
+    pub fn rebuild_law(&mut self, first: usize, speeds: &[f64]) {
+        let Self { nodes, starts, law, begins } = self;
+        law.rebuild(first, nodes, speeds);
+        let changes_from = law.time_of_node(first.saturating_sub(1)) - 2.0 * ROUNDING_TIME;
+        let is_kept = |(node, _): &(usize, f64)| law.time_of_node(*node) < changes_from;
+        begins.truncate(starts.partition_point(is_kept));
+        for (node, _) in &starts[begins.len()..] {
+            begins.push(if *node == 0 { 0.0 } else { law.rounded_time_of_node(*node, nodes) });
+        }
     }
 
     /// Bytes reserved.
@@ -61,6 +80,7 @@ impl TimedPath {
         self.nodes.capacity() * size_of::<Node>()
             + self.starts.capacity() * size_of::<(usize, f64)>()
             + self.law.bytes()
+            + self.begins.capacity() * size_of::<f64>()
     }
 
     /// The first node of a span; that after the last one of the path for a span that is not known.
@@ -75,10 +95,8 @@ impl TimedPath {
 
     /// The times of a span.
     pub fn span_times(&self, span: usize) -> SpanTimes {
-        let node = |span: usize| self.starts.get(span).map_or(self.nodes.len() - 1, |(at, _)| *at);
-        let begin =
-            if span == 0 { 0.0 } else { self.law.rounded_time_of_node(node(span), &self.nodes) };
-        let end = self.law.rounded_time_of_node(node(span + 1), &self.nodes);
+        let begin = self.begins[span];
+        let end = self.begins.get(span + 1).copied().unwrap_or_else(|| self.law.end());
         let intervals = libm::ceil((end - begin) / INTERVAL_MAX - 1e-9).max(1.0) as usize;
         SpanTimes { begin, end, intervals }
     }
@@ -128,25 +146,31 @@ impl TimedPath {
         (before, ((position - a) / (b - a)).clamp(0.0, 1.0))
     }
 
-    /// A waypoint of a span without its torques.
-    pub fn state(&self, path: Path<'_>, span: usize, times: &SpanTimes, index: usize) -> Waypoint {
-        let time = times.at(index, times.intervals);
-        let known = &path.spans[span];
-        let points = &path.points[known.first..=known.last];
-        let mut rates = self.law.at(time);
+    /// The rates at a waypoint of a span.
+    pub fn rates_at(&self, span: usize, times: &SpanTimes, index: usize) -> PathRates {
+        let mut rates = self.law.at(times.at(index, times.intervals));
         let next_rests = self.starts.get(span + 1).is_none_or(|(node, _)| self.nodes[*node].rests);
-        let (first, offset) = self.starts[span];
+        let (first, _) = self.starts[span];
         let is_rest =
             index == 0 && self.nodes[first].rests || index == times.intervals && next_rests;
         if is_rest {
             (rates.speed, rates.acceleration) = (0.0, 0.0);
         }
+        rates
+    }
+
+    /// A waypoint of a span without its torques.
+    pub fn state(&self, path: Path<'_>, span: usize, times: &SpanTimes, index: usize) -> Waypoint {
+        let known = &path.spans[span];
+        let points = &path.points[known.first..=known.last];
+        let rates = self.rates_at(span, times, index);
+        let (_, offset) = self.starts[span];
         let parameter = match index {
             0 => points[0].parameter,
             _ if index == times.intervals => points[points.len() - 1].parameter,
             _ => rates.position - offset,
         };
-        timed(&state_at(points, parameter), &rates, time)
+        timed(&state_at(points, parameter), &rates, times.at(index, times.intervals))
     }
 }
 

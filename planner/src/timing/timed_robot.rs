@@ -21,7 +21,7 @@ use crate::timing::support::{SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
     LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
-use crate::timing::zero_moment::{BalanceBasis, ContactGround};
+use crate::timing::zero_moment::{BalanceTerms, ContactGround};
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -35,6 +35,24 @@ pub struct TimedRobot {
     sole_areas: [f64; 2],
     joints_len: usize,
     mass: f64,
+}
+
+/// Memory for the dynamics of one instant after the other, and for their programs.
+#[derive(Debug, Default)]
+pub(crate) struct TimingMemory {
+    contact_rates: ContactRates,
+    dynamics: PathDynamics,
+}
+
+/// What the limits allow at a point of a path.
+#[derive(Debug)]
+pub(crate) struct PointLimits {
+    /// The rates.
+    pub rates: RateSet,
+    /// What they leave of the limits.
+    pub level: Level,
+    /// The load on the ground.
+    pub balance: BalanceTerms,
 }
 
 /// The contacts of a span, as all of its points share them.
@@ -88,20 +106,21 @@ impl TimedRobot {
         }
     }
 
-    /// The rates at a point of a span, and the level of the limits that they leave. `touches_down`:
+    /// The rates at a point of a span, and what they leave of the limits. `touches_down`:
     /// whether the swing foot lands here.
     pub(crate) fn rates(
         &self,
-        contact_rates: &mut ContactRates,
+        memory: &mut TimingMemory,
         contacts: &SpanContacts<'_>,
         point: &Waypoint,
         touches_down: bool,
-    ) -> (RateSet, Level) {
+    ) -> PointLimits {
         let SpanContacts { span, ground, supports, extra } = contacts;
         let [first, second] = rates_of(point);
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
+        let balance = ground.terms(&dynamics);
         let slip = self.stance_slip(span, &dynamics.frames, &first);
         for level in Level::ALL {
             let support = supports.at(level);
@@ -119,18 +138,18 @@ impl TimedRobot {
             }
             ground.region(level, *extra).clip(&dynamics, &mut rates);
             let problem = self.problem(&dynamics, support, level, LIMITS_PART);
-            let mut found = contact_rates.restrict(&problem, &rates);
+            let mut found = memory.contact_rates.restrict(&problem, &rates);
             if !can_start(&found, level) {
-                found = contact_rates.restrict_by_program(&problem, &rates);
+                found = memory.contact_rates.restrict_by_program(&problem, &rates);
             }
             if can_start(&found, level) {
-                return (found, level);
+                return PointLimits { rates: found, level, balance };
             }
         }
         let mut rates = RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE);
         let level = Level::Unsupported;
         ground.region(level, *extra).clip(&dynamics, &mut rates);
-        (rates, level)
+        PointLimits { rates, level, balance }
     }
 
     /// The ground under the contacts of a span.
@@ -207,18 +226,21 @@ impl TimedRobot {
     /// or torque to its limit, or [`INADMISSIBLE`]; at most 1 within the limits.
     pub(crate) fn load(
         &self,
-        contact_rates: &mut ContactRates,
+        memory: &mut TimingMemory,
         contacts: &SpanContacts<'_>,
         level: Level,
         waypoint: &Waypoint,
     ) -> f64 {
         let SpanContacts { span, ground, supports, extra } = contacts;
+        let TimingMemory { contact_rates, dynamics } = memory;
         let [velocity, acceleration] = rates_of(waypoint);
-        let dynamics = self.at_instant(waypoint);
+        self.write_instant(waypoint, dynamics);
+        let dynamics = &*dynamics;
         let support = supports.at(level);
         let (limits, efforts) = (&self.limits, level.efforts(&self.limits));
-        let region = ground.region(level, *extra);
-        let is_upright = region.holds(&dynamics, || self.at_standstill(waypoint));
+        let load_of = |of: &GeneralizedForce| ground.load((of.force, of.moment), dynamics.origin);
+        let at_rest = || load_of(&self.dynamics.effort(&dynamics.frames, &REST, &REST, GRAVITY));
+        let is_upright = ground.region(level, *extra).holds(&load_of(&dynamics.standing), at_rest);
         let is_admitted = is_upright && self.limits.admit(&waypoint.q);
         let mut load = if is_admitted { 0.0 } else { INADMISSIBLE };
         load = load.max(self.stance_slip(span, &dynamics.frames, &velocity));
@@ -228,28 +250,13 @@ impl TimedRobot {
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
-            if let Some(torque) = dynamics.own_torque(support, &self.chains, joint) {
-                load = load.max(torque.constant.abs() / effort);
+            if let Some(torque) = dynamics.own_torque_of_instant(support, &self.chains, joint) {
+                load = load.max(torque.abs() / effort);
             }
         }
-        let problem = self.problem(&dynamics, support, level, 1.0);
+        let problem = self.problem(dynamics, support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(INADMISSIBLE) }
-    }
-
-    /// The load on the ground under a motion at one instant, at any rate of plan time.
-    pub(super) fn balance(&self, ground: &ContactGround, waypoint: &Waypoint) -> BalanceBasis {
-        const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
-        let [velocity, acceleration] = rates_of(waypoint);
-        let mut frames = LinkFrames::default();
-        let root = waypoint.world_from_root();
-        self.dynamics.place(&root, &waypoint.q, &mut frames);
-        let load = |wrench: (DVec3, DVec3)| ground.load(wrench, root.translation);
-        BalanceBasis {
-            at_rest: load(self.dynamics.weight_wrench(&frames, GRAVITY)),
-            by_square: load(self.dynamics.root_wrench(&frames, &velocity, &acceleration)),
-            by_change: load(self.dynamics.root_wrench(&frames, &REST, &velocity)),
-        }
     }
 
     /// Writes the feed-forward torques of a waypoint, at a part (0 to 1) of its span.
@@ -260,7 +267,8 @@ impl TimedRobot {
         at: (&LoadSchedule, f64),
         waypoint: &mut Waypoint,
     ) {
-        let dynamics = self.at_instant(waypoint);
+        let mut dynamics = PathDynamics::default();
+        self.write_instant(waypoint, &mut dynamics);
         let support = Support::new(span, level, 0.0, self.limits.friction);
         let GeneralizedForce { force, moment, torques } = &dynamics.standing;
         waypoint.torque = *torques;
@@ -279,26 +287,19 @@ impl TimedRobot {
         }
     }
 
-    /// The dynamics of the configuration of a waypoint at rest.
-    fn at_standstill(&self, waypoint: &Waypoint) -> PathDynamics {
-        self.at_instant(&waypoint.rested())
-    }
-
-    /// The dynamics of a motion at one instant: all of it is the constant part.
-    fn at_instant(&self, waypoint: &Waypoint) -> PathDynamics {
+    /// Writes the dynamics of a motion at one instant: all of it is the constant part.
+    fn write_instant(&self, waypoint: &Waypoint, dynamics: &mut PathDynamics) {
         let [velocity, acceleration] = rates_of(waypoint);
-        let mut frames = LinkFrames::default();
         let root = waypoint.world_from_root();
-        self.dynamics.place(&root, &waypoint.q, &mut frames);
-        PathDynamics {
-            by_acceleration: GeneralizedForce::default(),
-            by_speed: GeneralizedForce::default(),
-            standing: self.dynamics.effort(&frames, &velocity, &acceleration, GRAVITY),
-            origin: root.translation,
-            frames,
-        }
+        let frames = &mut dynamics.frames;
+        self.dynamics.place(&root, &waypoint.q, frames);
+        dynamics.standing = self.dynamics.effort(frames, &velocity, &acceleration, GRAVITY);
+        dynamics.origin = root.translation;
     }
 }
+
+/// Velocities, or accelerations, at rest.
+const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
 
 /// Share of a sole's area from which all of it counts as supported.
 const WHOLE_SOLE_SHARE: f64 = 0.98;

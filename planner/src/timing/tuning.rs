@@ -12,8 +12,8 @@ pub(crate) const RELAXED_COP_MARGINS: [f64; 2] = [0.01, 0.004];
 pub(crate) const CHECKED_EFFORT_PART: f64 = 0.998;
 /// Distance (m) beyond the controller's margin by which the zero-moment point stays inside.
 pub(crate) const ZERO_MOMENT_RESERVE: f64 = 4e-3;
-/// The same where the world supports a part of a sole only: the controller measures that part by
-/// other means, and found sides up to 6 mm further inside.
+/// The same where the world supports a part of a sole only: the controller samples that part, and
+/// finds sides up to 4 mm further inside (`tests/support_agreement.rs`).
 pub(crate) const ZERO_MOMENT_PARTIAL_RESERVE: f64 = 8e-3;
 /// The most of it as a share of the distance of the region's centroid to its edge.
 pub(crate) const ZERO_MOMENT_DEPTH_SHARE: f64 = 0.3;

@@ -8,6 +8,7 @@
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::message::{Contact, PlanTime};
 
+use crate::geometry::polygon::HalfPlane;
 use crate::timing::ground::Ground;
 use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
@@ -77,22 +78,50 @@ impl BalanceBasis {
     pub fn moving(&self, at: &PlanTime) -> GroundLoad {
         self.at_rest.plus(&self.by_square, at.rate * at.rate).plus(&self.by_change, at.rate_change)
     }
+}
 
-    /// The basis at `part` (0 to 1) of the way to the next one.
-    pub fn lerp(&self, next: &Self, part: f64) -> Self {
+/// The load on the ground at a point of a path: at rest, by unit of its squared speed, and by unit
+/// of its acceleration.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct BalanceTerms {
+    at_rest: GroundLoad,
+    by_speed: GroundLoad,
+    by_acceleration: GroundLoad,
+}
+
+impl BalanceTerms {
+    /// The terms at `part` (0 to 1) of the way to the next point.
+    pub(crate) fn lerp(&self, next: &Self, part: f64) -> Self {
         Self {
             at_rest: self.at_rest.lerp(&next.at_rest, part),
-            by_square: self.by_square.lerp(&next.by_square, part),
-            by_change: self.by_change.lerp(&next.by_change, part),
+            by_speed: self.by_speed.lerp(&next.by_speed, part),
+            by_acceleration: self.by_acceleration.lerp(&next.by_acceleration, part),
+        }
+    }
+
+    /// The load of a motion with this speed and this acceleration along the path.
+    pub(crate) fn at(&self, speed: f64, acceleration: f64) -> BalanceBasis {
+        let by_square = GroundLoad::default().plus(&self.by_speed, speed * speed);
+        BalanceBasis {
+            at_rest: self.at_rest,
+            by_square: by_square.plus(&self.by_acceleration, acceleration),
+            by_change: GroundLoad::default().plus(&self.by_acceleration, speed),
         }
     }
 }
 
 impl ContactGround {
+    /// The load at a point of a path.
+    pub fn terms(&self, dynamics: &PathDynamics) -> BalanceTerms {
+        let [at_rest, by_speed, by_acceleration] =
+            [&dynamics.standing, &dynamics.by_speed, &dynamics.by_acceleration]
+                .map(|effort| self.load((effort.force, effort.moment), dynamics.origin));
+        BalanceTerms { at_rest, by_speed, by_acceleration }
+    }
+
     /// The load of a wrench about a point (world, m).
-    pub fn load(&self, (force, moment): (DVec3, DVec3), point: DVec3) -> GroundLoad {
-        let arm = point - DVec3::Z * self.ground.height;
-        GroundLoad { press: force.z, about: (moment + arm.cross(force)).truncate() }
+    pub fn load(&self, wrench: (DVec3, DVec3), point: DVec3) -> GroundLoad {
+        load_on(&self.ground, wrench, point)
     }
 
     /// The ground under these contacts. `checked` is the margin (m) that the controller demands,
@@ -123,50 +152,45 @@ impl ZeroMomentRegion<'_> {
         }
     }
 
-    /// Whether the zero-moment point of a motion is inside. `at_rest` gives the dynamics of its
-    /// configuration at rest.
-    pub fn holds(&self, moving: &PathDynamics, at_rest: impl FnOnce() -> PathDynamics) -> bool {
-        let is_beyond = |(excess, _): &(Affine, f64)| excess.constant > 0.0;
-        if !self.excesses(moving).any(|excess| is_beyond(&excess)) {
+    /// Whether the zero-moment point of a load is inside, or at least not further beyond than a
+    /// motion may move it. `at_rest` gives the load of the configuration at rest.
+    pub fn holds(&self, moving: &GroundLoad, at_rest: impl FnOnce() -> GroundLoad) -> bool {
+        let sides = self.ground.region.sides();
+        if sides.iter().all(|side| self.excess(side, moving) <= 0.0) {
             return true;
         }
         let rest = at_rest();
-        self.excesses(moving)
-            .zip(self.excesses(&rest))
-            .all(|((moving, _), (rest, spare))| moving.constant - rest.constant <= spare)
+        let spare_min = ZERO_MOMENT_SHIFT_MIN * rest.press;
+        sides.iter().all(|side| {
+            let [moving, rest] = [moving, &rest].map(|load| self.excess(side, load));
+            moving - rest <= (-rest).max(spare_min)
+        })
     }
 
-    /// The same for a load on the ground and that of the configuration at rest.
-    pub fn holds_load(&self, moving: &GroundLoad, at_rest: &GroundLoad) -> bool {
-        let sides = self.ground.region.sides().iter();
-        let excesses = sides.map(|side| {
-            let limit = side.offset + self.margin;
-            let pressure = |load: &GroundLoad| DVec2::new(-load.about.y, load.about.x);
-            [moving, at_rest].map(|load| limit * load.press - side.normal.dot(pressure(load)))
-        });
-        let spare_min = ZERO_MOMENT_SHIFT_MIN * at_rest.press;
-        excesses.clone().all(|[moving, _]| moving <= 0.0)
-            || excesses.into_iter().all(|[moving, rest]| moving - rest <= (-rest).max(spare_min))
+    /// How far the zero-moment point of a load is beyond a side, times the load. The point is
+    /// `(-m_y, m_x) / f_z`; inside, its depth is at least the margin.
+    fn excess(&self, side: &HalfPlane, load: &GroundLoad) -> f64 {
+        let limit = side.offset + self.margin;
+        limit * load.press - side.normal.dot(DVec2::new(-load.about.y, load.about.x))
     }
 
     /// For every side of the region: how far the zero-moment point is beyond it, as an affine
     /// function of the rates that is positive beyond; and how much of that a motion may add to the
     /// configuration at rest, which is positive even where that is beyond.
     fn excesses(&self, dynamics: &PathDynamics) -> impl Iterator<Item = (Affine, f64)> {
-        let origin = DVec3::new(0.0, 0.0, self.ground.height);
-        let [press, about_x, about_y] =
-            [2, 3, 4].map(|coordinate| dynamics.wrench(coordinate, origin));
+        let PathDynamics { by_speed, by_acceleration, standing, origin, .. } = dynamics;
+        let loads = [by_speed, by_acceleration, standing]
+            .map(|effort| load_on(self.ground, (effort.force, effort.moment), *origin));
         self.ground.region.sides().iter().map(move |side| {
-            // The point is (-m_y, m_x) / f_z; inside, its depth is at least the margin.
-            let limit = side.offset + self.margin;
-            let excess = |of: &dyn Fn(&Affine) -> f64| {
-                limit * of(&press) - side.normal.dot(DVec2::new(-of(&about_y), of(&about_x)))
-            };
-            let excess = Affine {
-                slope: DVec2::new(excess(&|a| a.slope.x), excess(&|a| a.slope.y)),
-                constant: excess(&|a| a.constant),
-            };
-            (excess, (-excess.constant).max(ZERO_MOMENT_SHIFT_MIN * press.constant))
+            let [x, u, constant] = loads.map(|load| self.excess(side, &load));
+            let spare = (-constant).max(ZERO_MOMENT_SHIFT_MIN * loads[2].press);
+            (Affine { slope: DVec2::new(x, u), constant }, spare)
         })
     }
+}
+
+/// The load on the ground of a wrench about a point (world, m).
+fn load_on(ground: &Ground, (force, moment): (DVec3, DVec3), point: DVec3) -> GroundLoad {
+    let arm = point - DVec3::Z * ground.height;
+    GroundLoad { press: force.z, about: (moment + arm.cross(force)).truncate() }
 }

@@ -186,6 +186,7 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
     RobotModel {
         name: "chain".into(),
         urdf_path: "chain.urdf".into(),
+        robot_path: None,
         mesh_paths: vec![],
         standing_q: joints.iter().map(middle).collect(),
         links,

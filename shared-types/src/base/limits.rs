@@ -2,6 +2,8 @@
 
 /// Most moving joints of a robot.
 pub const JOINTS_MAX: usize = 48;
+/// Limits that a chunk names as those that bind its motion, at most.
+pub const CHUNK_BINDINGS_MAX: usize = 8;
 /// Most waypoints of one chunk.
 pub const CHUNK_WAYPOINTS_MAX: usize = 32;
 /// Most contacts of one chunk. A biped uses 2.

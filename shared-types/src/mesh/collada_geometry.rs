@@ -37,7 +37,7 @@ pub(crate) fn geometry_faces(geometry: Node) -> Result<Vec<Face>, String> {
         };
         for face in faces(primitive, vertices)? {
             if face.len() < 3 {
-                let complaint = format!("has a face of {} corners; 3 belong there", face.len());
+                let complaint = format!("has a face of {} corners; it needs 3 or more", face.len());
                 return Err(damaged(primitive, complaint));
             }
             placed.push(face.iter().map(position).collect::<Result<_, _>>()?);

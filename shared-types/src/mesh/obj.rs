@@ -115,7 +115,7 @@ fn read_line(
             let corners = words.map(|word| corner(word, vertices.len()));
             let corners: Vec<usize> = corners.collect::<Result<_, _>>()?;
             if corners.len() < 3 {
-                return Err(format!("has a face of {} corners; 3 belong there", corners.len()));
+                return Err(format!("has a face of {} corners; it needs 3 or more", corners.len()));
             }
             faces.push(Face { line, corners });
         }

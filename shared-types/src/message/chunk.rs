@@ -4,8 +4,11 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::base::digest::{Digest, Link};
-use crate::base::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
+use crate::base::limits::{
+    CHUNK_BINDINGS_MAX, CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
+};
 use crate::base::spatial::Pose;
+use crate::message::binding::ChunkBinding;
 use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
 use crate::message::request::StancePoseData;
@@ -236,6 +239,10 @@ pub struct PlanChunk {
     /// The goal that the plan was asked for; of width 0 where the sender states none. It is no part
     /// of the stream's digest, since the plan does not depend on who asked for it.
     pub goal: StancePoseData,
+    /// The limits that bind the motion of the chunk, the longest first, as the planner timed it;
+    /// all unused where it was not timed within limits. They are no part of the stream's digest,
+    /// since they explain the motion and do not change it.
+    pub binding: [ChunkBinding; CHUNK_BINDINGS_MAX],
 }
 
 const _: () = assert!(size_of::<Waypoint>() == 64 + 16 * ROOT_FREEDOMS + 32 * JOINTS_MAX);
@@ -246,6 +253,7 @@ const _: () = assert!(
             + CONTACTS_MAX * size_of::<Contact>()
             + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>()
             + size_of::<StancePoseData>()
+            + CHUNK_BINDINGS_MAX * size_of::<ChunkBinding>()
 );
 
 layout!(Waypoint {
@@ -290,7 +298,8 @@ layout!(PlanChunk {
     contacts: [Contact; CONTACTS_MAX],
     waypoints: [Waypoint; CHUNK_WAYPOINTS_MAX],
     goal: StancePoseData,
-} with [Contact, Waypoint, StancePoseData]);
+    binding: [ChunkBinding; CHUNK_BINDINGS_MAX],
+} with [Contact, Waypoint, StancePoseData, ChunkBinding]);
 
 // SAFETY: a transparent array of bytes without pointers.
 unsafe impl ZeroCopySend for Digest {}
@@ -434,8 +443,9 @@ mod tests {
         for (index, change) in used.into_iter().enumerate() {
             assert!(differs(change), "used {index}");
         }
-        let unused: [&dyn Fn(&mut PlanChunk); 4] = [
+        let unused: [&dyn Fn(&mut PlanChunk); 5] = [
             &|chunk| chunk.goal.yaw = 1.0,
+            &|chunk| chunk.binding[0].seconds = 1.0,
             &|chunk| chunk.contacts[1].limb = 1,
             &|chunk| chunk.waypoints[2].time = 1.0,
             &|chunk| chunk.waypoints[1].q[3] = 1.0,

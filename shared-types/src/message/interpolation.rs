@@ -34,7 +34,7 @@ pub enum Interpolation {
 }
 
 /// Position, velocity and acceleration of one number.
-type Rates = [f64; 3];
+pub type Rates = [f64; 3];
 
 impl PlanChunk {
     /// Whether its waypoints are joined smoothly.
@@ -165,7 +165,7 @@ fn joined(linear: DVec3, angular: DVec3) -> [f64; ROOT_FREEDOMS] {
 
 /// The quintic Hermite polynomial between two states that are `seconds` apart, `elapsed` seconds
 /// after the first one.
-fn hermite(from: Rates, to: Rates, seconds: f64, elapsed: f64) -> Rates {
+pub fn hermite(from: Rates, to: Rates, seconds: f64, elapsed: f64) -> Rates {
     let [p, v, a] = from;
     // What the polynomial of degree 2 with the state `from` lacks at the end, in units of `s`.
     let position = to[0] - (p + seconds * (v + 0.5 * seconds * a));

@@ -89,6 +89,7 @@ pub(crate) use layout;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::binding::ChunkBinding;
     use crate::message::chunk::{Contact, PlanChunk, Waypoint};
     use crate::message::correction::WorldCorrection;
     use crate::message::description::Description;
@@ -114,6 +115,7 @@ mod tests {
     fn no_message_has_padding() {
         assert_no_gaps::<Waypoint>();
         assert_no_gaps::<Contact>();
+        assert_no_gaps::<ChunkBinding>();
         assert_no_gaps::<PlanChunk>();
         assert_no_gaps::<Margins>();
         assert_no_gaps::<Feedback>();
@@ -172,7 +174,7 @@ mod tests {
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_824, 6032));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_952, 6032));
     }
 
     #[test]

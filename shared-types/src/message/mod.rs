@@ -1,6 +1,7 @@
 //! Messages in shared memory: plain old data without padding, pointers or `usize`. Sizes are
 //! asserted at compile time.
 
+pub mod binding;
 pub mod chunk;
 pub mod correction;
 pub mod crc;
@@ -18,6 +19,7 @@ pub mod set_point;
 pub mod simulation_state;
 pub mod walk_record;
 
+pub use binding::{ChunkBinding, LimitKind};
 pub use chunk::{Contact, PlanChunk, SupportMode, Waypoint};
 pub use correction::{CorrectionKind, WorldCorrection};
 pub use crc::WithCrc;

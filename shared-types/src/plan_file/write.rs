@@ -262,6 +262,7 @@ fn contact_block(contact: &Contact, robot: &RobotModel) -> ContactBlock {
 fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
     RobotBlock {
         urdf: relative_to(&robot.urdf_path, plan_dir),
+        robot_file: robot.robot_path.as_deref().map(|path| relative_to(path, plan_dir)),
         feet: robot.feet.iter().map(|foot| (foot.name.clone(), foot_block(foot, robot))).collect(),
         locked_joints: robot
             .locked_joints

@@ -70,6 +70,9 @@ pub struct PoseBlock {
 pub struct RobotBlock {
     /// Path of the URDF.
     pub urdf: String,
+    /// Path of the robot file, which says how the robot stands and which links may overlap.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot_file: Option<String>,
     /// The feet by name, "left" and "right".
     pub feet: BTreeMap<String, FootBlock>,
     /// Joints held still, with their positions, rad or m.

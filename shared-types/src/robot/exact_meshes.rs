@@ -265,6 +265,7 @@ mod tests {
         let robot = RobotModel {
             name: String::new(),
             urdf_path: "trough.urdf".into(),
+            robot_path: None,
             mesh_paths: vec![],
             links: vec![link(None, Some(hull)), link(Some(0), None), sphere.clone()],
             joints: vec![joint(1), slide],

@@ -141,6 +141,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let mut robot = RobotModel {
         name: urdf.name.clone(),
         urdf_path: absolute(&spec.urdf_path),
+        robot_path: spec.path.as_deref().map(absolute),
         mesh_paths: Vec::new(),
         standing_q: standing_posture(spec, &joints, &mut complaints),
         links,

@@ -24,6 +24,8 @@ pub struct RobotModel {
     pub name: String,
     /// Absolute path of the URDF file.
     pub urdf_path: std::path::PathBuf,
+    /// Absolute path of the robot file; `None` for a robot without one.
+    pub robot_path: Option<std::path::PathBuf>,
     /// Absolute paths of the meshes that were read, sorted.
     pub mesh_paths: Vec<std::path::PathBuf>,
     /// All links, parents first.

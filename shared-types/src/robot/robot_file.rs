@@ -12,7 +12,7 @@ use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::spatial::rotation_from_rpy;
 use crate::base::text_file::{
-    FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_positive,
+    FileLocation, TEXT_BYTES_MAX, TextFile, absolute, check_numbers, check_positive,
 };
 use crate::plan_format::blocks::{RobotBlock, UrdfAdditions};
 use crate::world::shape_block::{pose_from_arrays, pose_from_block};
@@ -88,6 +88,7 @@ pub(crate) fn spec_from_text(source: TextFile) -> Result<RobotSpec, InputError> 
     let feet =
         raw.feet.into_iter().map(|foot| foot_from_file(foot, &source)).collect::<Result<_, _>>()?;
     Ok(RobotSpec {
+        path: Some(path.to_owned()),
         feet: left_and_right(feet, &location)?,
         urdf_path: path.parent().unwrap_or(Path::new("")).join(raw.urdf),
         root: raw.root.map(named),
@@ -140,10 +141,19 @@ pub(crate) fn spec_from_block(
     let effort_scale = block.effort_scale.unwrap_or(1.0);
     check_positive("it", &[effort_scale])
         .map_err(|message| location.error("effort_scale", message))?;
-    let anonymous = RobotBlock { urdf: String::new(), ..block.clone() };
-    let bytes = serde_json::to_vec(&anonymous)
+    let named = named_robot_file(block, base_dir)?;
+    let anonymous = RobotBlock { urdf: String::new(), robot_file: None, ..block.clone() };
+    let mut bytes = serde_json::to_vec(&anonymous)
         .map_err(|error| location.error("robot", error.to_string()))?;
+    let (path, standing, allowed_overlaps) = match named {
+        Some(file) => {
+            bytes.extend(file.bytes);
+            (file.path, file.standing, file.allowed_overlaps)
+        }
+        None => (None, JointValues::new(), Vec::new()),
+    };
     Ok(RobotSpec {
+        path,
         feet: left_and_right(feet, &location)?,
         urdf_path: base_dir.join(&block.urdf),
         root: None,
@@ -153,17 +163,30 @@ pub(crate) fn spec_from_block(
             .iter()
             .map(|link| (link.clone(), location.clone()))
             .collect(),
-        standing: JointValues::new(),
+        standing,
         locked: block_values("locked_joints", &block.locked_joints, &location)?,
         effort_limits: block_values("effort_limits", &block.effort_limits, &location)?,
         accelerations: block_values("acceleration_limits", &block.acceleration_limits, &location)?,
         additions: block.urdf_additions.clone(),
         additions_location: location,
-        // A plan may not loosen the checks of its robot.
-        allowed_overlaps: Vec::new(),
+        allowed_overlaps,
         effort_scale: effort_scale.min(1.0),
         bytes,
     })
+}
+
+/// The robot file that a plan names, if it is there and of the plan's URDF. How the robot stands
+/// and which links may overlap is read there: a plan may not loosen the checks of its robot.
+fn named_robot_file(block: &RobotBlock, base_dir: &Path) -> Result<Option<RobotSpec>, InputError> {
+    let Some(path) = block.robot_file.as_ref().map(|file| base_dir.join(file)) else {
+        return Ok(None);
+    };
+    if !path.exists() {
+        return Ok(None);
+    }
+    let file = read_robot_file(&path)?;
+    let is_of_plan = absolute(&file.urdf_path) == absolute(&base_dir.join(&block.urdf));
+    Ok(Some(file).filter(|_| is_of_plan))
 }
 
 fn foot_from_file(foot: Spanned<RawFoot>, source: &TextFile) -> Result<FootSpec, InputError> {

@@ -22,6 +22,8 @@ pub(crate) const FOOT_NAMES: [&str; 2] = ["left", "right"];
 
 /// All that is not in the URDF.
 pub(crate) struct RobotSpec {
+    /// The robot file, if there is one.
+    pub(crate) path: Option<PathBuf>,
     /// Path of the URDF.
     pub(crate) urdf_path: PathBuf,
     /// The URDF's root link, if the file states it.

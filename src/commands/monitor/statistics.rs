@@ -4,12 +4,15 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use surefoot_shared_types::message::{
-    Check, Feedback, PlanChunk, PlanStatus, RequestState, SimulationState, Verdict,
+    Check, Description, Feedback, PlanChunk, PlanStatus, RequestState, SimulationState, Verdict,
 };
 
 use crate::commands::monitor::motion::{StateStats, StateSummary};
+use crate::commands::monitor::seen_plan::SeenPlan;
+use crate::report::binding::{BindingShare, describe};
 use crate::report::event::describe_stops;
 use crate::report::margins::WorstMargins;
+use crate::report::walk_facts::WalkFacts;
 
 /// Most latencies that are kept for the quantiles.
 const LATENCIES_MAX: usize = 4096;
@@ -27,7 +30,13 @@ pub(crate) enum MonitorEvent {
     /// A chunk is refused.
     Refused { seconds: f64, sequence: u64, check: String, waypoint: u32, corrections: u32 },
     /// The last chunk of the plan is accepted.
-    Finished { seconds: f64, chunks: u64, margins: WorstMargins },
+    Finished {
+        seconds: f64,
+        chunks: u64,
+        walk: WalkFacts,
+        binding: Vec<BindingShare>,
+        margins: WorstMargins,
+    },
     /// The state of a request to a planner that serves requests.
     Request { seconds: f64, client: String, number: u64, state: String },
     /// Statistics since the last summary.
@@ -52,6 +61,8 @@ pub(crate) struct Summary {
     brakes: u64,
     /// How long it stood for that reason, s.
     stood_seconds: f64,
+    /// What binds the motion of the chunks so far, the longest first.
+    binding: Vec<BindingShare>,
     /// The worst margins so far.
     margins: WorstMargins,
     /// Statistics of the simulated robot, where the controller publishes its state.
@@ -63,6 +74,9 @@ pub(crate) struct Summary {
 pub(crate) struct MonitorStats {
     last: LastSeen,
     accepted: u64,
+    plan: SeenPlan,
+    /// The robot's description, once it has come.
+    description: Option<Box<Description>>,
     /// Chunks since the last summary.
     chunks: u64,
     /// Feedback messages since the last summary.
@@ -110,6 +124,9 @@ impl MonitorStats {
             });
         }
         events.extend(self.switch_plan((chunk.plan_id, chunk.epoch), seconds));
+        if self.last.plan == Some((chunk.plan_id, chunk.epoch)) {
+            self.plan.record(chunk);
+        }
         if chunk.sequence >= self.accepted {
             self.published.entry(chunk.sequence).or_insert(seconds);
         }
@@ -149,6 +166,8 @@ impl MonitorStats {
             events.push(MonitorEvent::Finished {
                 seconds,
                 chunks: feedback.next_sequence,
+                walk: self.plan.walk(),
+                binding: self.binding(),
                 margins: self.margins,
             });
         }
@@ -173,6 +192,16 @@ impl MonitorStats {
         })
     }
 
+    /// Takes the names of the joints.
+    pub(crate) fn record_description(&mut self, description: Description) {
+        self.description = Some(Box::new(description));
+    }
+
+    /// What binds the plan's motion so far.
+    fn binding(&self) -> Vec<BindingShare> {
+        self.plan.binding(self.description.as_deref())
+    }
+
     /// Records a state of the simulated robot.
     pub(crate) fn record_state(&mut self, state: &SimulationState) {
         self.state_stats.record(state);
@@ -189,6 +218,7 @@ impl MonitorStats {
             verdict_latency: quantiles(&mut self.latencies),
             brakes: self.stops.0,
             stood_seconds: self.stops.1,
+            binding: self.binding(),
             margins: self.margins,
             state: self.state_stats.summary(period),
         };
@@ -202,6 +232,7 @@ impl MonitorStats {
         }
         self.last.plan = Some(plan);
         self.accepted = 0;
+        self.plan = SeenPlan::default();
         self.published.clear();
         Some(MonitorEvent::Plan { seconds, plan_id: plan.0, epoch: plan.1 })
     }
@@ -222,6 +253,12 @@ impl MonitorStats {
         self.stops = (feedback.brakes, feedback.stood);
         self.margins = WorstMargins::from(&feedback.margins);
     }
+}
+
+/// What binds, as a part of a line of text.
+fn bound_by(binding: &[BindingShare]) -> String {
+    let text = describe(binding);
+    if text.is_empty() { text } else { format!("; bound by {text}") }
 }
 
 fn quantiles(latencies: &mut [f64]) -> Option<[f64; 3]> {
@@ -250,9 +287,11 @@ impl MonitorEvent {
                     "{seconds:9.3} s  refused: {check} at waypoint {waypoint} of chunk {sequence}, {corrections} corrections so far"
                 )
             }
-            Self::Finished { seconds, chunks, margins } => {
+            Self::Finished { seconds, chunks, walk, binding, margins } => {
                 format!(
-                    "{seconds:9.3} s  finished: {chunks} chunks accepted; margins: {}",
+                    "{seconds:9.3} s  finished: {chunks} chunks accepted; walk: {}{}; margins: {}",
+                    walk.describe(),
+                    bound_by(binding),
                     margins.describe()
                 )
             }
@@ -289,8 +328,10 @@ impl Summary {
         let stops = describe_stops(0, self.brakes, self.stood_seconds);
         let stops = stops.map_or(String::new(), |stops| format!("; {stops}"));
         format!(
-            "{:9.3} s  {} accepted, {rates}{latency}{margins}{stops}{state}",
-            self.seconds, self.accepted
+            "{:9.3} s  {} accepted, {rates}{latency}{}{margins}{stops}{state}",
+            self.seconds,
+            self.accepted,
+            bound_by(&self.binding)
         )
     }
 }
