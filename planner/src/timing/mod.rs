@@ -4,6 +4,7 @@ mod balance_table;
 mod border;
 mod contact_bounds;
 pub mod contact_rates;
+mod force_exchange;
 pub mod ground;
 pub mod limit;
 pub mod limits;
