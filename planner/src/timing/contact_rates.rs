@@ -14,11 +14,11 @@ use crate::timing::border::Border;
 use crate::timing::contact_bounds;
 use crate::timing::limit::Limit;
 use crate::timing::linear_program::{LinearProgram, NoOptimum};
-use crate::timing::load_sharing::{FootWrench, splits};
+use crate::timing::load_sharing::splits;
 use crate::timing::path_dynamics::{Affine, Chains, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::single_contact;
-use crate::timing::support::Support;
+use crate::timing::support::{FootWrench, Support};
 use crate::timing::tuning::{DIRECTIONS_MAX, MOMENT_ARM, TORQUE_ROUNDS_MAX, TORQUE_TOLERANCE};
 
 /// The variables before those of the contacts: `x`, and `u` as a difference of two.

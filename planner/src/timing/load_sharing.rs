@@ -6,15 +6,18 @@
 //! so that a foot lands and leaves without load, within the shares for which both centres of
 //! pressure stay inside and both legs bear their load. Where no share keeps one offset inside both
 //! soles, as where the world supports a part of one, the feet exchange moments until each centre of
-//! pressure is inside its own. All of it is continuous in time where the shares are an interval.
+//! pressure is inside its own. On soles that are inclined against each other the feet exchange
+//! forces first, and the shares are those that friction holds, too. All of it is continuous in time
+//! where the shares are an interval.
 
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
 
 use crate::base::smooth_step::smooth_step;
 use crate::geometry::polygon::outward_sides;
+use crate::timing::force_exchange::{are_parallel, exchange_forces, friction_excess};
 use crate::timing::path_point::PathSpan;
-use crate::timing::support::{FootSupport, Support};
+use crate::timing::support::{FootSupport, FootWrench, Support};
 
 /// Share of the load on the second foot at both ends of a double support; `None` where the robot
 /// stands before or after on both feet.
@@ -25,9 +28,6 @@ pub struct LoadSchedule {
     /// At its end.
     pub end: Option<f64>,
 }
-
-/// Force (N) and moment about its centre (N m) of a contact.
-pub type FootWrench = (DVec3, DVec3);
 
 /// Part of a double support over which the load moves away from the schedule's ends.
 const HANDOVER: f64 = 0.3;
@@ -84,13 +84,14 @@ pub fn share_load(
     let shared = SharedLoad::new(feet, (force, moment));
     let (low, high) = shared.range;
     let wanted = schedule.share(progress, shared.balanced);
-    let wrenches = if low <= high {
+    let wanted = if low <= high { wanted.clamp(low, high) } else { wanted };
+    let wrenches = if low <= high && are_parallel(feet) {
         let excess_at = |share: f64| excess(&shared.split(share));
-        shared.split(nearest_borne(wanted.clamp(low, high), shared.range, excess_at))
+        shared.split(nearest_borne(wanted, shared.range, excess_at))
     } else {
         let excess_at = |share: f64| {
             let (wrenches, beyond) = shared.split_within(feet, share);
-            excess(&wrenches) + beyond / BEYOND_UNIT
+            excess(&wrenches).max(friction_excess(feet, &wrenches)) + beyond / BEYOND_UNIT
         };
         shared.split_within(feet, nearest_borne(wanted, (0.0, 1.0), excess_at)).0
     };
@@ -161,10 +162,10 @@ impl SharedLoad {
         [1.0 - share, share].map(|part| (self.force * part, moment * part))
     }
 
-    /// The wrenches of both feet at a share of the second one, each centre of pressure moved into
-    /// its sole; and how far (m) one of them is beyond it even so.
+    /// The wrenches of both feet at a share of the second one, after they have exchanged forces and
+    /// each centre of pressure is moved into its sole; and how far (m) one is beyond it even so.
     fn split_within(&self, feet: [&FootSupport; 2], share: f64) -> ([FootWrench; 2], f64) {
-        let mut wrenches = self.split(share);
+        let mut wrenches = exchange_forces(feet, self.split(share));
         for round in 0..EXCHANGES {
             let at = round % 2;
             let (force, moment) = wrenches[at];

@@ -3,6 +3,7 @@
 mod border;
 mod contact_bounds;
 pub mod contact_rates;
+mod force_exchange;
 pub mod ground;
 pub mod limit;
 pub mod limits;

@@ -12,6 +12,9 @@ use crate::timing::path_point::PathSpan;
 /// A polygon of a sole, m.
 pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
 
+/// Force (N) and moment about its centre (N m) of a contact.
+pub type FootWrench = (DVec3, DVec3);
+
 /// The supported part of a sole, in its frame.
 pub(crate) fn supported_part(contact: &Contact) -> SolePolygon {
     contact.polygon().iter().map(|&corner| DVec2::from(corner)).collect()

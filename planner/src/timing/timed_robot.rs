@@ -13,11 +13,11 @@ use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFram
 use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
-use crate::timing::load_sharing::{FootWrench, LoadSchedule, share_load};
+use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::{SpanSupports, Support, supported_part};
+use crate::timing::support::{FootWrench, SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
     LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
