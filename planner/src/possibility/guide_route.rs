@@ -158,6 +158,11 @@ impl GuideRoute {
         self.vertices.iter().all(|vertex| vertex.is_upright)
     }
 
+    /// Whether the upright robot fits after one vertex and up to another.
+    pub(crate) fn is_upright_between(&self, [from, to]: [usize; 2]) -> bool {
+        self.vertices[from + 1..=to].iter().all(|vertex| vertex.is_upright)
+    }
+
     /// Whether the upright robot fits at a vertex and at `reach` vertices before and after it.
     pub fn is_upright_about(&self, index: usize, reach: usize) -> bool {
         let about = index.saturating_sub(reach)..self.vertices.len().min(index + reach + 1);

@@ -77,7 +77,9 @@ fn ends_of_shortcut(
 }
 
 /// Replaces the vertices between the ends of branches that reached their target, from the last to
-/// the first. A branch that overlaps an inserted one is skipped.
+/// the first. A branch that overlaps an inserted one is skipped, and one where the upright robot
+/// does not fit in place of a part where it does: shortcuts lead along walls at which the legs and
+/// arms of the robot find no room.
 fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
     let mut end = usize::MAX;
     loop {
@@ -85,7 +87,9 @@ fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
             (BranchKind::Shortcut { from, to }, Some(BranchEnd::Reached { is_upright }))
                 if to <= end =>
             {
-                Some((from, to, index, is_upright))
+                let fits = is_upright && branch.grown.iter().all(|vertex| vertex.is_upright);
+                (fits || !route.is_upright_between([from, to]))
+                    .then_some((from, to, index, is_upright))
             }
             _ => None,
         };
