@@ -78,8 +78,8 @@ fn ends_of_shortcut(
 
 /// Replaces the vertices between the ends of branches that reached their target, from the last to
 /// the first. A branch that overlaps an inserted one is skipped, and one where the upright robot
-/// does not fit in place of a part where it does: shortcuts lead along walls, where the robot's arms
-/// and legs do not fit.
+/// does not fit in place of a part where it does: shortcuts lead along walls, where the robot's
+/// arms and legs do not fit.
 fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
     let mut end = usize::MAX;
     loop {
