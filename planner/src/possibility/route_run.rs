@@ -80,6 +80,8 @@ pub struct Run {
     pub restarts: u64,
     /// How often the region was widened, part of the random streams' names.
     pub widenings: u32,
+    /// The region that the first search reached, if it was widened (world, m).
+    pub wide_region: Option<Aabb>,
     /// The conditions that may follow the first two.
     pub later: LaterConditions,
 }
@@ -112,6 +114,7 @@ impl Run {
             generation: 0,
             restarts: 0,
             widenings: 0,
+            wide_region: None,
             later: LaterConditions {
                 may_widen: true,
                 has_necessary: true,
@@ -122,10 +125,13 @@ impl Run {
         }
     }
 
-    /// Begins with two roots inside `world` (m).
-    pub fn begin(&mut self, ends: [Vertex; 2], world: &Aabb) {
+    /// Begins with two roots inside `world` (m), in the region that the first search reached if
+    /// it is a search for another route, or around both roots.
+    pub fn begin(&mut self, ends: [Vertex; 2], world: &Aabb, is_detour: bool) {
         self.ends = ends;
-        self.bounds = bounds_around(ends.map(|end| end.pose.position), world);
+        let known = self.wide_region.filter(|_| !is_detour);
+        self.bounds =
+            known.unwrap_or_else(|| bounds_around(ends.map(|end| end.pose.position), world));
         (self.samples, self.condition, self.widenings) = (0, RouteCondition::UpperBody, 0);
         self.later.leans_only = false;
     }
@@ -157,6 +163,7 @@ impl Run {
             (self.samples, self.condition) = (0, RouteCondition::UpperBody);
             self.widenings += 1;
             self.bounds = bounds;
+            self.wide_region = Some(bounds);
         }
         is_wider
     }

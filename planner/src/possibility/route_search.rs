@@ -228,7 +228,7 @@ impl RouteSearch {
             return false;
         }
         self.run.generation += 1;
-        self.run.begin(self.endpoints, &self.region.world);
+        self.run.begin(self.endpoints, &self.region.world, false);
         self.run.later.leans_only = true;
         self.reset_vertices();
         self.lean();
@@ -336,7 +336,7 @@ impl RouteSearch {
     /// Begins a search between two ends with a straight branch from the start, or from the farthest
     /// vertex that stage M has reached, to the goal.
     fn begin(&mut self, ends: [Vertex; 2]) {
-        self.run.begin(ends, &self.region.world);
+        self.run.begin(ends, &self.region.world, self.detour.between.is_some());
         self.reset_trees();
         self.connect_directly();
     }
