@@ -403,3 +403,10 @@ fn an_invalid_shape_is_refused_by_its_name() {
     let message = refusal(&case).to_string();
     assert!(message.contains("floor"), "{message}");
 }
+
+#[test]
+fn a_planner_is_made_on_a_small_stack() {
+    let made = || drop(Case::smooth("flat_walk").planner(1));
+    let thread = std::thread::Builder::new().stack_size(512 << 10).spawn(made).unwrap();
+    thread.join().unwrap();
+}

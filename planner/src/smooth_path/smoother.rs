@@ -81,8 +81,8 @@ pub struct Smoother {
     /// How often the intervals of each phase are halved.
     refinements: Vec<u8>,
     task: Task,
-    check: PhaseCheck,
-    followed: FollowedMotion,
+    check: Box<PhaseCheck>,
+    followed: Box<FollowedMotion>,
     path: WrittenPath,
     /// Phases before the first one that is not written that may still change.
     open_phases: usize,
@@ -97,8 +97,8 @@ impl Smoother {
             states: reserve(2 * edges_max + 1),
             refinements: reserve(2 * edges_max + 1),
             task: Task::Over,
-            check: PhaseCheck::new(),
-            followed: FollowedMotion::new(),
+            check: Box::new(PhaseCheck::new()),
+            followed: Box::new(FollowedMotion::new()),
             path: WrittenPath::new(2 * edges_max + 1, points_max),
             open_phases: usize::MAX,
         }

@@ -55,7 +55,7 @@ impl TimingStats {
 #[derive(Debug)]
 pub struct PathTiming {
     robot: TimedRobot,
-    memory: TimingMemory,
+    memory: Box<TimingMemory>,
     timed: TimedPath,
     profile: Profile,
     slow_downs: SlowDowns,
@@ -86,7 +86,7 @@ impl PathTiming {
         let nodes_max = timed.nodes.capacity();
         Self {
             robot,
-            memory: TimingMemory::default(),
+            memory: Box::default(),
             timed,
             profile: Profile {
                 ceilings: reserve(nodes_max),
