@@ -5,8 +5,8 @@
     tools/peer_route.py [--trials N] [--seconds S] [WORLD GOAL_X ...]
 
 A root pose is valid where the upper body (boxes and a ball of the size of hubo's links, arms hanging) is free and some
-part of the world is within a leg's length: the condition C_N of stage P with the arms in their standing posture. A world
-is named by its file below configs/worlds, without its ending. The walk begins at x = 0.7 m, y = 0.
+part of the world is within a leg's length: the condition C_N of stage P with the arms in their standing posture. A
+world is named by its file below configs/worlds, without its ending. The walk begins at x = 0.7 m, y = 0.
 
 What this cannot express: footholds, steps, balance, torques, a moving arm, and every motion of a leg. A route says
 nothing about whether a walk follows it.

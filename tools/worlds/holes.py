@@ -62,7 +62,6 @@ def low_beam():
     return world(comment, shapes)
 
 
-
 def long_wall():
     """A wall that ends only far outside the region in which a search for a guide route begins."""
     shapes = [

@@ -335,13 +335,14 @@ impl PathTiming {
     pub fn binding_times(&self, span: usize, chunk: usize) -> BindingTimes {
         let Self { timed, profile, .. } = self;
         let known = timed.span_times(span);
-        let ends_before = |time: f64| move |chunk: &usize| known.chunk_times(*chunk)[1] <= time;
+        let end_of = |chunk: usize| known.chunk_times(chunk)[1];
+        let from = chunk.checked_sub(1).map_or(f64::NEG_INFINITY, end_of);
+        let until = if chunk + 1 < known.chunks() { end_of(chunk) } else { f64::INFINITY };
         let mut times = BindingTimes::default();
         let end = timed.first_node(span + 1).min(timed.nodes.len() - 1);
         for index in timed.first_node(span)..end {
             let [begin, end] = [index, index + 1].map(|at| timed.law.time_of_node(at));
-            let middle = 0.5 * (begin + end);
-            if (0..known.chunks() - 1).take_while(ends_before(middle)).count() == chunk {
+            if (from..until).contains(&(0.5 * (begin + end))) {
                 let [node, next] = [index, index + 1].map(|at| &timed.nodes[at]);
                 let speeds = [index, index + 1].map(|at| profile.speeds[at]);
                 let is_slowed = node.factor.min(next.factor) < 1.0;

@@ -113,9 +113,7 @@ impl RateSet {
         if self.vertices.len() < 3 {
             return (Limit::PathRate, f64::INFINITY);
         }
-        for (at, &limit) in self.limits.iter().enumerate() {
-            let a = self.vertices[at];
-            let b = *self.vertices.get(at + 1).unwrap_or(&self.vertices[0]);
+        for ((a, b), &limit) in self.edges().zip(&self.limits) {
             // The rate is on the inner side of rest: that shows without the normal's length.
             if (a - b).perp().dot(rate) <= 0.0 {
                 continue;

@@ -136,7 +136,7 @@ impl TimedRobot {
             if touches_down {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
-            ground.region(level, *extra).clip(&dynamics, &mut rates);
+            ground.region(level, *extra).clip(&balance, &mut rates);
             let problem = self.problem(&dynamics, support, level, LIMITS_PART);
             let mut found = memory.contact_rates.restrict(&problem, &rates);
             if !can_start(&found, level) {
@@ -148,7 +148,7 @@ impl TimedRobot {
         }
         let mut rates = RateSet::within(UNSUPPORTED_RATE.powi(2), UNSUPPORTED_RATE);
         let level = Level::Unsupported;
-        ground.region(level, *extra).clip(&dynamics, &mut rates);
+        ground.region(level, *extra).clip(&balance, &mut rates);
         PointLimits { rates, level, balance }
     }
 

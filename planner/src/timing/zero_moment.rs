@@ -12,7 +12,7 @@ use crate::geometry::polygon::HalfPlane;
 use crate::timing::ground::Ground;
 use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
-use crate::timing::path_dynamics::{Affine, PathDynamics};
+use crate::timing::path_dynamics::PathDynamics;
 use crate::timing::rate_set::RateSet;
 use crate::timing::tuning::{
     ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_PARTIAL_RESERVE,
@@ -120,8 +120,9 @@ impl ContactGround {
     }
 
     /// The load of a wrench about a point (world, m).
-    pub fn load(&self, wrench: (DVec3, DVec3), point: DVec3) -> GroundLoad {
-        load_on(&self.ground, wrench, point)
+    pub fn load(&self, (force, moment): (DVec3, DVec3), point: DVec3) -> GroundLoad {
+        let arm = point - DVec3::Z * self.ground.height;
+        GroundLoad { press: force.z, about: (moment + arm.cross(force)).truncate() }
     }
 
     /// The ground under these contacts. `checked` is the margin (m) that the controller demands,
@@ -145,10 +146,15 @@ impl ContactGround {
 }
 
 impl ZeroMomentRegion<'_> {
-    /// Keeps the rates whose zero-moment point is inside.
-    pub fn clip(&self, dynamics: &PathDynamics, rates: &mut RateSet) {
-        for (excess, spare) in self.excesses(dynamics) {
-            rates.clip(excess.slope, spare, Limit::ZeroMoment);
+    /// Keeps the rates whose zero-moment point is inside, at a point of a path. A motion may move
+    /// it by a little even where the configuration at rest is beyond.
+    pub fn clip(&self, terms: &BalanceTerms, rates: &mut RateSet) {
+        let BalanceTerms { at_rest, by_speed, by_acceleration } = terms;
+        for side in self.ground.region.sides() {
+            let [x, u, rest] =
+                [by_speed, by_acceleration, at_rest].map(|load| self.excess(side, load));
+            let spare = (-rest).max(ZERO_MOMENT_SHIFT_MIN * at_rest.press);
+            rates.clip(DVec2::new(x, u), spare, Limit::ZeroMoment);
         }
     }
 
@@ -173,24 +179,4 @@ impl ZeroMomentRegion<'_> {
         let limit = side.offset + self.margin;
         limit * load.press - side.normal.dot(DVec2::new(-load.about.y, load.about.x))
     }
-
-    /// For every side of the region: how far the zero-moment point is beyond it, as an affine
-    /// function of the rates that is positive beyond; and how much of that a motion may add to the
-    /// configuration at rest, which is positive even where that is beyond.
-    fn excesses(&self, dynamics: &PathDynamics) -> impl Iterator<Item = (Affine, f64)> {
-        let PathDynamics { by_speed, by_acceleration, standing, origin, .. } = dynamics;
-        let loads = [by_speed, by_acceleration, standing]
-            .map(|effort| load_on(self.ground, (effort.force, effort.moment), *origin));
-        self.ground.region.sides().iter().map(move |side| {
-            let [x, u, constant] = loads.map(|load| self.excess(side, &load));
-            let spare = (-constant).max(ZERO_MOMENT_SHIFT_MIN * loads[2].press);
-            (Affine { slope: DVec2::new(x, u), constant }, spare)
-        })
-    }
-}
-
-/// The load on the ground of a wrench about a point (world, m).
-fn load_on(ground: &Ground, (force, moment): (DVec3, DVec3), point: DVec3) -> GroundLoad {
-    let arm = point - DVec3::Z * ground.height;
-    GroundLoad { press: force.z, about: (moment + arm.cross(force)).truncate() }
 }
