@@ -155,7 +155,7 @@ fn neighbours_are_the_points_nearby() {
 }
 
 #[test]
-fn the_fine_grid_covers_the_sole_and_finds_what_is_near() {
+fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
     // A foot with a hole, and a sole that is no rectangle.
     let mut model = foot_of(&[
         (DVec3::new(-0.06, 0.0, 0.02), DVec3::new(0.05, 0.06, 0.02)),
