@@ -220,7 +220,7 @@ impl<'a> PlannerBuilder<'a> {
         let search = self.search(&context, &placement);
         let (method, parameters) = self.method;
         let method = MethodStage { search: MethodSearch::new(method, parameters, config) };
-        let mut endpoints = EndpointStage::new(self.scenario);
+        let mut endpoints = EndpointStage::new(self.scenario, self.world);
         endpoints.is_other_method = method.search.is_some();
         let edges_max = config.configurations_max as usize;
         let stages = Stages {
