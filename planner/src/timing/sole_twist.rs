@@ -1,10 +1,10 @@
-//! The moment about the normal of the only stance sole, which friction holds.
+//! The friction of the only stance sole: the force along it and the moment about its normal.
 //!
-//! Forces at the corners of a sole hold more of it than a stiff sole on stiff ground does: while
+//! Forces at the corners of a sole hold more of both than a stiff sole on stiff ground does: while
 //! the load on it changes fast, it stands on a few points for milliseconds at a time. A sole that
 //! turns by a milliradian in each step leads the robot away from its path: in MuJoCo by 14 cm on
-//! 9 m for G1, whose soles are 7.5 cm wide. So friction counts as if it acted at half the width of
-//! the sole: as on two points across it.
+//! 9 m for G1, whose soles are 7.5 cm wide. So friction counts as on two points across the sole,
+//! half of its width from the centre of pressure, each of which bears half of the load.
 
 use glam::{DVec2, DVec3};
 
@@ -14,45 +14,52 @@ use crate::timing::rate_set::RateSet;
 use crate::timing::support::{FootSupport, Support};
 use crate::timing::tuning::{LIMITS_PART, TWIST_ARM_SHARE};
 
-/// Keeps the rates for which the moment about the normal through the centre of pressure at rest is
-/// within the limit.
+/// Keeps the rates within this friction. The moment is about the centre of pressure at rest.
 pub(crate) fn clip(dynamics: &PathDynamics, support: &Support, rates: &mut RateSet) {
     let [foot] = support.feet.as_slice() else { return };
     let [across_x, across_y, press, about_x, about_y, about_z] =
         dynamics.wrench_along(&foot.axes, foot.center);
     let center = DVec2::new(-about_y.constant, about_x.constant) / press.constant;
-    let limit = LIMITS_PART * radius_max(foot);
-    for sign in [1.0, -1.0] {
-        let sum = [
-            (about_z, sign),
-            (across_y, -sign * center.x),
-            (across_x, sign * center.y),
-            (press, -limit),
-        ];
-        let of = |part: fn(&Affine) -> DVec2| -> DVec2 {
-            sum.iter().map(|(affine, weight)| part(affine) * *weight).sum()
-        };
-        let rest: f64 = sum.iter().map(|(affine, weight)| affine.constant * weight).sum();
-        rates.clip(of(|affine| affine.slope), -rest, Limit::Friction);
+    for turn in [1.0, -1.0].map(|sign| sign / arm(foot)) {
+        for across in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
+            let sum = [
+                (about_z, turn),
+                (across_x, across.x + turn * center.y),
+                (across_y, across.y - turn * center.x),
+                (press, -LIMITS_PART * foot.friction),
+            ];
+            let of = |part: fn(&Affine) -> DVec2| -> DVec2 {
+                sum.iter().map(|(affine, weight)| part(affine) * *weight).sum()
+            };
+            let rest: f64 = sum.iter().map(|(affine, weight)| affine.constant * weight).sum();
+            rates.clip(of(|affine| affine.slope), -rest, Limit::Friction);
+        }
     }
 }
 
-/// The moment of a force and a moment (about the world's origin) about the normal through the
-/// centre of pressure, over its limit; 0 on two feet.
+/// What a force and a moment (about the world's origin) ask of this friction, over what it holds; 0
+/// on two feet.
 pub(crate) fn load(support: &Support, (force, moment): (DVec3, DVec3)) -> f64 {
     let [foot] = support.feet.as_slice() else { return 0.0 };
     let into_axes = foot.axes.transpose();
     let moment = into_axes * (moment - foot.center.cross(force));
     let force = into_axes * force;
+    if force.z <= 0.0 {
+        return 0.0;
+    }
     let pressure = DVec2::new(-moment.y, moment.x) / force.z;
     let twist = moment.z - pressure.perp_dot(force.truncate());
-    if force.z > 0.0 { twist.abs() / (radius_max(foot) * force.z) } else { 0.0 }
+    let across = force.truncate().abs().max_element();
+    (across + twist.abs() / arm(foot)) / (foot.friction * force.z)
 }
 
-/// Largest ratio of the moment to the force across a sole, m.
-fn radius_max(foot: &FootSupport) -> f64 {
-    TWIST_ARM_SHARE * foot.width * foot.friction
+/// Distance from the centre of pressure at which friction holds the moment, m.
+fn arm(foot: &FootSupport) -> f64 {
+    TWIST_ARM_SHARE * foot.width.max(WIDTH_MIN)
 }
+
+/// Least width that counts, m.
+const WIDTH_MIN: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {
@@ -94,16 +101,25 @@ mod tests {
     }
 
     #[test]
-    fn a_force_at_the_centre_of_pressure_twists_nothing() {
-        // The force across the sole acts at the centre of pressure, 3 cm before the centre.
+    fn a_force_at_the_centre_of_pressure_turns_nothing() {
+        // The force along the sole acts at the centre of pressure, 3 cm before the centre: all of
+        // 0.5 * 400 N is left to it, 10 N by unit of the squared speed.
         let (support, dynamics) = case(0.0);
         let mut rates = RateSet::within(1e6, 1.0);
         clip(&dynamics, &support, &mut rates);
-        assert!(rates.vertices().iter().any(|rate| rate.x > 0.9e6));
-        assert!(load(&support, dynamics.wrench_at(DVec2::new(1e3, 0.0))) < 1e-9);
-        let twisted = dynamics.wrench_at(DVec2::ZERO);
-        let by = |twist: f64| (twisted.0, twisted.1 + DVec3::Z * twist);
-        assert!((load(&support, by(8.0)) - 1.0).abs() < 1e-9);
-        assert!((load(&support, by(-4.0)) - 0.5).abs() < 1e-9);
+        let fastest = rates.vertices().iter().map(|rate| rate.x).fold(0.0, f64::max);
+        assert!((fastest - 20.0 * LIMITS_PART).abs() < 1e-6, "{fastest}");
+        assert!((load(&support, dynamics.wrench_at(DVec2::new(20.0, 0.0))) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn force_and_moment_share_the_friction() {
+        let (support, dynamics) = case(0.0);
+        let by = |speed: f64, twist: f64| {
+            let (force, moment) = dynamics.wrench_at(DVec2::new(speed, 0.0));
+            load(&support, (force, moment + DVec3::Z * twist))
+        };
+        assert!((by(0.0, 8.0) - 1.0).abs() < 1e-9 && (by(0.0, -4.0) - 0.5).abs() < 1e-9);
+        assert!((by(10.0, -4.0) - 1.0).abs() < 1e-9);
     }
 }
