@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use surefoot::cli::arguments::Arguments;
 use surefoot::commands::dispatch;
 use surefoot::system::allocations::CountingAllocator;
@@ -13,5 +12,5 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
     startup::run();
-    ExitCode::from(dispatch::run(&Arguments::parse()))
+    ExitCode::from(dispatch::run(&Arguments::read()))
 }

@@ -78,3 +78,30 @@ fn links_without_a_shape_and_pairs_that_may_overlap_are_named() {
         assert!(output.contains(text), "{text}: {output}");
     }
 }
+
+#[test]
+fn the_scenario_says_how_the_robot_stands_whatever_file_the_plan_names() {
+    let (folder, plan) = planned(|plan| plan["robot"]["robot_file"] = "broken.toml".into());
+    std::fs::write(folder.path().join("broken.toml"), "no robot file").unwrap();
+    let alone = run(&["check", &plan]);
+    assert!(alone.code == 2 && alone.err.contains("broken.toml:1"), "{}", alone.err);
+    let output = run(&["check", &plan, "--scenario", &scenario("stairs_bauzil")]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+}
+
+#[test]
+fn a_plan_that_left_its_robot_behind_says_so() {
+    let (folder, plan) = planned(|_| ());
+    let moved = folder.path().join("a/b/c/plan.json");
+    std::fs::create_dir_all(moved.parent().unwrap()).unwrap();
+    std::fs::rename(&plan, &moved).unwrap();
+    for command in ["check", "explain"] {
+        let output = run(&[command, moved.to_str().unwrap()]);
+        assert_eq!(output.code, 2, "{}", output.out);
+        assert!(
+            output.err.contains("a/b/c/plan.json: robot.urdf: there is no file"),
+            "{}",
+            output.err
+        );
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use surefoot_planner::methods::method::Method;
 use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
@@ -12,6 +12,7 @@ use crate::cli::bench_arguments::BenchArguments;
 use crate::cli::method_arguments::{MethodArguments, method};
 use crate::cli::robot_arguments::RobotCommand;
 use crate::cli::simulation_arguments::{SimulationArguments, motion};
+use crate::cli::values::{positive, whole_number, whole_number_between};
 use crate::export::format::ExportFormat;
 use crate::export::joint_selection::Selection;
 use crate::export::quaternion::QuaternionOrder;
@@ -28,7 +29,7 @@ const RESTARTS_MAX: u32 = 8;
 /// The package's version and the commit that it is built from (`build.rs`).
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SUREFOOT_COMMIT"), ")");
 
-/// Plans whole-body, quasi-static walks and has them checked by a second process over shared
+/// Plans whole-body walks of legged robots and has them checked by a second process over shared
 /// memory.
 #[derive(Debug, Parser)]
 #[command(
@@ -40,6 +41,27 @@ pub struct Arguments {
     /// The command.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Arguments {
+    /// Reads the command line, or ends the process with a message about it.
+    pub fn read() -> Self {
+        let matches = Self::complete_command().get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+
+    /// All commands. A negative number is a value, so that the message about it names the numbers
+    /// that the option takes.
+    pub fn complete_command() -> clap::Command {
+        with_negative_numbers(Self::command())
+    }
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let takes_values = |arg: &clap::Arg| arg.get_action().takes_values();
+    command
+        .mut_args(|arg| if takes_values(&arg) { arg.allow_negative_numbers(true) } else { arg })
+        .mut_subcommands(with_negative_numbers)
 }
 
 /// The commands.
@@ -194,7 +216,12 @@ pub struct WalkArguments {
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
     /// Most restarts of processes that were killed, of both together
-    #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = RESTARTS_MAX,
+        value_parser = whole_number::<u32>
+    )]
     pub restarts_max: u32,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -239,7 +266,7 @@ pub struct ControlArguments {
     /// The scenario of the plan
     pub scenario: PathBuf,
     /// The seed of the plan, instead of the scenario's
-    #[arg(long, value_name = "N", value_parser = whole_number)]
+    #[arg(long, value_name = "N", value_parser = whole_number::<u64>)]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
@@ -293,10 +320,10 @@ pub struct RequestArguments {
     #[arg(long)]
     pub replan: bool,
     /// The seed of the search
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub seed: u64,
     /// Work limit of the search, units; 0: the scenario's
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole_number::<u64>)]
     pub work_max: u64,
 }
 
@@ -323,11 +350,6 @@ fn stance(text: &str) -> Result<StanceArgument, String> {
     Ok(StanceArgument { position: [x, y, z], yaw })
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && *number <= NUMBER_MAX);
-    number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
-}
-
 fn export_format(name: &str) -> Result<ExportFormat, String> {
     ExportFormat::from_name(name)
         .ok_or_else(|| format!("one of {} is needed", ExportFormat::NAMES.join(", ")))
@@ -340,10 +362,6 @@ fn selection(text: &str) -> Result<Selection, String> {
 fn quaternion_order(name: &str) -> Result<QuaternionOrder, String> {
     QuaternionOrder::from_name(name)
         .ok_or_else(|| format!("one of {} is needed", QuaternionOrder::NAMES.join(", ")))
-}
-
-fn whole_number(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| "a whole number is needed, 0 or more".to_owned())
 }
 
 /// `surefoot monitor`.
@@ -444,21 +462,26 @@ pub struct SearchArguments {
     /// shows
     pub scenario: PathBuf,
     /// The seed of the search, instead of the scenario's
-    #[arg(long, value_name = "N", value_parser = whole_number)]
+    #[arg(long, value_name = "N", value_parser = whole_number::<u64>)]
     pub seed: Option<u64>,
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
     pub motion: Option<MotionKind>,
     /// Work units that make other walks from each plan and keep the one that takes the least time;
     /// INT or TERM ends that with the best plan so far
-    #[arg(long, value_name = "WORK", value_parser = whole_number, default_value_t = 0)]
+    #[arg(long, value_name = "WORK", value_parser = whole_number::<u64>, default_value_t = 0)]
     pub improve: u64,
     /// Planner threads, at most one for each core; the plan does not depend on them
     /// [default: 2, or 1 on one core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
+    #[arg(long, value_name = "N", value_parser = whole_number_between::<u16>(1, THREADS_MAX))]
     pub threads: Option<u16>,
     /// Most replans after the controller encountered a world that differs
-    #[arg(long, value_name = "N", default_value_t = REPLANS_MAX)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = REPLANS_MAX,
+        value_parser = whole_number::<u32>
+    )]
     pub replans_max: u32,
     /// Lock the planner's memory, so that it is not paged out; warns if the system refuses
     #[arg(long)]
@@ -513,13 +536,13 @@ impl OutputArguments {
 #[derive(Debug, Clone, Args)]
 pub struct RoleArguments {
     /// Run on this core
-    #[arg(long, hide = true, value_name = "N")]
+    #[arg(long, hide = true, value_name = "N", value_parser = whole_number::<usize>)]
     pub core: Option<usize>,
     /// Report events as JSON lines on stdout, and end with the parent process
     #[arg(long, hide = true)]
     pub report_lines: bool,
     /// Write the plan to this descriptor, a file in memory, instead of --export
-    #[arg(long, hide = true, value_name = "N")]
+    #[arg(long, hide = true, value_name = "N", value_parser = whole_number::<u32>)]
     pub plan_descriptor: Option<u32>,
 }
 

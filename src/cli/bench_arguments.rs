@@ -9,6 +9,7 @@ use surefoot_shared_types::config::MotionKind;
 use crate::cli::method_bench_arguments::{MethodsArguments, RhoArguments, TheoryArguments};
 use crate::cli::shared_bench_arguments::{ScenarioArguments, ThreadArguments, count};
 use crate::cli::simulation_arguments::{late_share, motion, rate};
+use crate::cli::values::{not_negative, positive, whole_number, whole_number_between};
 
 /// `surefoot bench`.
 #[derive(Debug, Args)]
@@ -111,7 +112,7 @@ pub struct ReplanArguments {
         long,
         value_name = "N",
         default_value_t = 4,
-        value_parser = clap::value_parser!(u64).range(1..=1_000)
+        value_parser = whole_number_between::<u64>(1, 1_000)
     )]
     pub refusals: u64,
     #[command(flatten)]
@@ -132,14 +133,14 @@ pub struct StepsArguments {
     #[allow(missing_docs, reason = "the field's type says it")]
     pub scenarios: ScenarioArguments,
     /// Run on this core [default: the last]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole_number::<usize>)]
     pub core: Option<usize>,
     /// Intended duration of a step, microseconds
     #[arg(
         long,
         value_name = "US",
         default_value_t = 1000,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+        value_parser = whole_number_between::<u32>(1, 1_000_000)
     )]
     pub step: u32,
     /// Print JSON
@@ -159,7 +160,7 @@ pub struct ScaleArguments {
         value_name = "N,..",
         value_delimiter = ',',
         default_values_t = [1, 2, 4, 8],
-        value_parser = clap::value_parser!(u64).range(1..=1000)
+        value_parser = whole_number_between::<u64>(1, 1000)
     )]
     pub gauntlets: Vec<u64>,
     /// Numbers of triangles of the world
@@ -168,7 +169,7 @@ pub struct ScaleArguments {
         value_name = "N,..",
         value_delimiter = ',',
         default_values_t = [10_000, 100_000, 1_000_000],
-        value_parser = clap::value_parser!(u64).range(10_000..=100_000_000)
+        value_parser = whole_number_between::<u64>(10_000, 100_000_000)
     )]
     pub triangles: Vec<u64>,
     /// Searches per size, with the seeds 1, 2, 3 and so on
@@ -205,11 +206,11 @@ pub struct FootholdsArguments {
         long,
         value_name = "N",
         default_value_t = 1000,
-        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+        value_parser = whole_number_between::<u32>(1, 1_000_000)
     )]
     pub queries: u32,
     /// The seed of all queries
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub seed: u64,
     /// The robot whose sole is placed
     #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
@@ -267,7 +268,7 @@ pub struct MutationsArguments {
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = count())]
     pub plans: u64,
     /// The seed of the changes
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub seed: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -294,28 +295,33 @@ pub struct GoalsArguments {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = count())]
     pub trials: u64,
     /// Largest distance of a goal from the start, m
-    #[arg(long, value_name = "M", default_value_t = 1.5)]
+    #[arg(long, value_name = "M", default_value_t = 1.5, value_parser = positive)]
     pub radius: f64,
     /// Largest turn of a goal against the start, rad
-    #[arg(long, value_name = "RAD", default_value_t = std::f64::consts::PI)]
+    #[arg(
+        long,
+        value_name = "RAD",
+        default_value_t = std::f64::consts::PI,
+        value_parser = not_negative
+    )]
     pub turn: f64,
     /// Distance between the feet at the start and at every goal, m
-    #[arg(long, value_name = "M", default_value_t = 0.2)]
+    #[arg(long, value_name = "M", default_value_t = 0.2, value_parser = positive)]
     pub stance_width: f64,
     /// Tolerance of the goals' positions, m
-    #[arg(long, value_name = "M", default_value_t = 0.01)]
+    #[arg(long, value_name = "M", default_value_t = 0.01, value_parser = positive)]
     pub position_tolerance: f64,
     /// Tolerance of the goals' headings, rad
-    #[arg(long, value_name = "RAD", default_value_t = 0.01)]
+    #[arg(long, value_name = "RAD", default_value_t = 0.01, value_parser = positive)]
     pub yaw_tolerance: f64,
     /// Work units of each search at most
-    #[arg(long, value_name = "N", default_value_t = 60_000)]
+    #[arg(long, value_name = "N", default_value_t = 60_000, value_parser = whole_number::<u64>)]
     pub work: u64,
     /// The seed of the searches
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub seed: u64,
     /// The seed of the goals
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub goals_seed: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -341,7 +347,7 @@ pub struct HolesArguments {
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = count())]
     pub trials: u64,
     /// Work units of each search at most
-    #[arg(long, value_name = "N", default_value_t = 400_000)]
+    #[arg(long, value_name = "N", default_value_t = 400_000, value_parser = whole_number::<u64>)]
     pub work: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -361,13 +367,13 @@ pub struct ImpossibleArguments {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = count())]
     pub worlds: u64,
     /// The seed of the first world; each further one has the next
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub worlds_seed: u64,
     /// Work units of each search at most
-    #[arg(long, value_name = "N", default_value_t = 20_000)]
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = whole_number::<u64>)]
     pub work: u64,
     /// Work units of each search by each method in a world that is called impossible
-    #[arg(long, value_name = "N", default_value_t = 60_000)]
+    #[arg(long, value_name = "N", default_value_t = 60_000, value_parser = whole_number::<u64>)]
     pub search_on: u64,
     /// Print JSON
     #[arg(long)]
@@ -382,7 +388,7 @@ pub struct IpcArguments {
         long,
         value_name = "N",
         default_value_t = 20_000,
-        value_parser = clap::value_parser!(u32).range(100..=10_000_000)
+        value_parser = whole_number_between::<u32>(100, 10_000_000)
     )]
     pub rounds: u32,
     /// Print JSON
@@ -407,16 +413,16 @@ pub struct SoakArguments {
     #[arg(long, value_name = "SCENARIO", default_value = "flat_walk")]
     pub request_scenario: PathBuf,
     /// Walks
-    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole_number::<u64>)]
     pub walks: u64,
     /// Requests
-    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole_number::<u64>)]
     pub requests: u64,
     /// Begin no further walk or request after this time, s
     #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = seconds)]
     pub seconds: f64,
     /// The seed of the faults
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub seed: u64,
     /// Print JSON
     #[arg(long)]

@@ -3,6 +3,8 @@
 use clap::Args;
 use surefoot_planner::methods::method::{Method, MethodParameters};
 
+use crate::cli::values::{positive, whole_number, whole_number_between};
+
 /// The parameters of the methods w-rpg and mmprm.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct MethodArguments {
@@ -11,7 +13,7 @@ pub struct MethodArguments {
         long,
         value_name = "N",
         default_value_t = MethodParameters::default().route_samples,
-        value_parser = clap::value_parser!(u32).range(1..=1_000)
+        value_parser = whole_number_between::<u32>(1, 1_000)
     )]
     pub route_samples: u32,
     /// w-rpg, mmprm: placements of each foot of one round
@@ -19,7 +21,7 @@ pub struct MethodArguments {
         long,
         value_name = "N",
         default_value_t = MethodParameters::default().placements,
-        value_parser = clap::value_parser!(u32).range(1..=100_000)
+        value_parser = whole_number_between::<u32>(1, 100_000)
     )]
     pub placements: u32,
     /// w-rpg: radius of the discs about the route, relative to the longest level step
@@ -31,7 +33,12 @@ pub struct MethodArguments {
     )]
     pub rho: f64,
     /// w-rpg, mmprm: most rounds; 0: until the work limit
-    #[arg(long, value_name = "N", default_value_t = MethodParameters::default().rounds_max)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = MethodParameters::default().rounds_max,
+        value_parser = whole_number::<u32>
+    )]
     pub rounds_max: u32,
 }
 
@@ -47,9 +54,4 @@ impl MethodArguments {
 pub fn method(name: &str) -> Result<Method, String> {
     let names = Method::ALL.map(Method::name).join(", ");
     Method::from_name(name).ok_or_else(|| format!("one of {names} is needed"))
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
-    number.ok_or_else(|| "a positive number is needed".into())
 }

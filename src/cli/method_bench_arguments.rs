@@ -7,6 +7,7 @@ use surefoot_planner::methods::method::Method;
 
 use crate::cli::method_arguments::{MethodArguments, method};
 use crate::cli::shared_bench_arguments::{ScenarioArguments, ThreadArguments, count};
+use crate::cli::values::whole_number;
 
 /// What the benches of methods have in common.
 #[derive(Debug, Args)]
@@ -15,7 +16,7 @@ pub struct MethodBenchArguments {
     #[allow(missing_docs, reason = "the field's type says it")]
     pub scenarios: ScenarioArguments,
     /// Work units of each search at most
-    #[arg(long, value_name = "N", default_value_t = 400_000)]
+    #[arg(long, value_name = "N", default_value_t = 400_000, value_parser = whole_number::<u64>)]
     pub work: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]

@@ -7,3 +7,4 @@ pub mod method_bench_arguments;
 pub mod robot_arguments;
 pub mod shared_bench_arguments;
 pub mod simulation_arguments;
+pub mod values;

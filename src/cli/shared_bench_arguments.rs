@@ -4,8 +4,8 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 
+use crate::cli::values::whole_number_between;
 use crate::system::cores::{THREADS_MAX, planner_threads};
 
 /// The scenarios to run.
@@ -24,7 +24,7 @@ pub struct ScenarioArguments {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadArguments {
     /// Planner threads, at most one for each core [default: 2, or 1 on one core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
+    #[arg(long, value_name = "N", value_parser = whole_number_between::<u16>(1, THREADS_MAX))]
     pub threads: Option<u16>,
 }
 
@@ -36,6 +36,6 @@ impl ThreadArguments {
 }
 
 /// Parses how many there are of what a bench repeats.
-pub fn count() -> RangedU64ValueParser<u64> {
-    clap::value_parser!(u64).range(1..=1_000_000)
+pub fn count() -> impl Fn(&str) -> Result<u64, String> + Clone + Send + Sync + 'static {
+    whole_number_between::<u64>(1, 1_000_000)
 }

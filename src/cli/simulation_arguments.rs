@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::cli::values::whole_number;
 use clap::Args;
 use surefoot_controller_sim::{LATE_SHARE, LateChunks};
 use surefoot_shared_types::config::MotionKind;
@@ -22,7 +23,7 @@ pub struct SimulationArguments {
     pub rate: Option<f64>,
     /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
     /// this seed determines
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, value_name = "SEED", value_parser = whole_number::<u64>)]
     pub disturb: Option<u64>,
     /// Hold chunks back by up to 3 s of the robot's time, as this seed determines: a share of 0.2
     /// of them, or the stated one. The robot brakes, stands and goes on

@@ -1,7 +1,5 @@
 //! `surefoot man`: a manual page for each command.
 
-use clap::CommandFactory;
-
 use crate::cli::arguments::{Arguments, ManArguments};
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
@@ -17,7 +15,7 @@ pub fn run(arguments: &ManArguments) -> Result<CommandOutcome, CommandError> {
         reason: format!("{error}; choose another folder"),
     };
     std::fs::create_dir_all(folder).map_err(failed)?;
-    clap_mangen::generate_to(Arguments::command(), folder).map_err(failed)?;
+    clap_mangen::generate_to(Arguments::complete_command(), folder).map_err(failed)?;
     terminal::print_result(&format!("man -l {}", folder.join("surefoot.1").display()));
     Ok(CommandOutcome::Done)
 }

@@ -3,6 +3,8 @@
 use std::os::unix::process::CommandExt;
 use std::process::{Command, Stdio};
 
+use surefoot_shared_types::plan_file::read::load_plan;
+
 use crate::cli::arguments::ViewArguments;
 use crate::report::command_error::{CommandError, CommandOutcome};
 
@@ -14,8 +16,9 @@ const PROBE: &str = "import rerun, surefoot.view";
 /// Runs `python3 -m surefoot.view` in place of this process.
 ///
 /// # Errors
-/// The interpreter or the package is not there.
+/// The plan cannot be read, or the interpreter or the package is not there.
 pub fn run(arguments: &ViewArguments) -> Result<CommandOutcome, CommandError> {
+    load_plan(&arguments.plan)?;
     let python = std::env::var_os(INTERPRETER).unwrap_or_else(|| "python3".into());
     let name = python.to_string_lossy().into_owned();
     let mut probe = Command::new(&python);

@@ -36,7 +36,7 @@ impl ExportOptions {
     /// Checks that all options that the format needs are there, and no other ones.
     ///
     /// # Errors
-    /// The first option that is missing or does not belong to the format.
+    /// All options that are missing, or the first that does not belong to the format.
     pub fn check(&self) -> Result<(), ExportError> {
         let format = self.format.name();
         let [hz, joints, quaternion, bodies] = needs(self.format);
@@ -47,20 +47,21 @@ impl ExportOptions {
             ("--bodies urdf|surefoot|NAME,NAME,...", bodies, self.bodies.is_some()),
         ];
         for (option, need, is_given) in rules {
-            match need {
-                Need::Required if !is_given => {
-                    return Err(ExportError::Option(format!(
-                        "{format} needs {option}: it is never chosen silently"
-                    )));
-                }
-                Need::None(reason) if is_given => {
-                    let name = option.split(' ').next().unwrap_or(option);
-                    return Err(ExportError::Option(format!(
-                        "{format} takes no {name}: {reason}; leave it out"
-                    )));
-                }
-                _ => {}
+            if let (Need::None(reason), true) = (need, is_given) {
+                let name = option.split(' ').next().unwrap_or(option);
+                return Err(ExportError::Option(format!(
+                    "{format} takes no {name}: {reason}; leave it out"
+                )));
             }
+        }
+        let missing =
+            rules.iter().filter(|(_, need, is_given)| *need == Need::Required && !is_given);
+        let missing: Vec<&str> = missing.map(|(option, ..)| *option).collect();
+        if !missing.is_empty() {
+            return Err(ExportError::Option(format!(
+                "{format} needs {}: nothing of it is chosen silently",
+                missing.join(" and ")
+            )));
         }
         match self.hz {
             Some(hz) if !(hz > 0.0 && hz <= HZ_MAX) => Err(ExportError::Option(format!(

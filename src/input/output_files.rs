@@ -22,12 +22,18 @@ use crate::system::signals::{self, Activity};
 /// Rate of the robot's state in a recording of `--record`, Hz.
 const RECORDING_HZ: f64 = 50.0;
 
+/// Endings of files that are no JSON.
+const OTHER_ENDINGS: [&str; 9] =
+    ["png", "apng", "mcap", "csv", "npz", "toml", "urdf", "rrd", "xml"];
+
 /// Checks that every requested file can be written, so that a long run does not fail at its end.
 ///
 /// # Errors
-/// As [`check`]; also if the plan would name one of its inputs by a path that is no text.
+/// As [`check`]; also if a name ends as that of another kind of file, or the plan would name one of
+/// its inputs by a path that is no text.
 pub fn check_run(outputs: &OutputArguments, inputs: &Inputs) -> Result<(), CommandError> {
     check(outputs, &inputs.files())?;
+    check_endings(outputs)?;
     match &outputs.export {
         Some(path) => check_plan_names(path, inputs),
         None => Ok(()),
@@ -46,6 +52,26 @@ pub fn check(outputs: &OutputArguments, inputs: &[PathBuf]) -> Result<(), Comman
     let paths: Vec<&PathBuf> = outputs.paths().collect();
     paths.iter().try_for_each(|path| check_path(path))?;
     check_distinct(&paths, inputs)
+}
+
+/// Refuses names whose ending is that of another kind of file.
+fn check_endings(outputs: &OutputArguments) -> Result<(), CommandError> {
+    let ending = |path: &Path| path.extension().map(|ending| ending.to_ascii_lowercase());
+    for path in [&outputs.export, &outputs.json].into_iter().flatten() {
+        let found = ending(path).unwrap_or_default();
+        if let Some(other) = OTHER_ENDINGS.iter().find(|other| found == **other) {
+            return Err(unwritable(
+                path,
+                &format!("JSON is written, and .{other} is not its ending"),
+            ));
+        }
+    }
+    match outputs.record.as_deref().filter(|path| !whole_file::is_stream(path)) {
+        Some(path) if ending(path).is_none_or(|ending| ending != "mcap") => {
+            Err(unwritable(path, "the name of a recording must end in .mcap"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Checks that a plan can be written to a path that is neither one of the other outputs nor an

@@ -1,7 +1,7 @@
 //! Cores: their number, and the assignment of processes to them.
 
 /// Most planner threads that the command line accepts.
-pub const THREADS_MAX: i64 = 256;
+pub const THREADS_MAX: u64 = 256;
 
 /// Pins this thread and all threads that it starts to a core. No effect if the core does not exist.
 pub fn pin(core: Option<usize>) {

@@ -11,7 +11,9 @@ use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::plan_file::write::on_ground;
-use surefoot_shared_types::plan_format::blocks::{EndBlock, PhaseBlock, PlanFile, PoseBlock};
+use surefoot_shared_types::plan_format::blocks::{
+    EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock,
+};
 use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 use surefoot_shared_types::world::load::{load_world, world_from_block};
@@ -94,7 +96,9 @@ impl Problem {
         plan_path: &Path,
     ) -> Result<Self, InputError> {
         let base_dir = plan_path.parent().unwrap_or(Path::new(""));
-        let planned = robot_from_block(&plan.robot, base_dir, plan_path)?;
+        // How the robot stands is the scenario's to say, so that the plan's robot file is not read.
+        let block = RobotBlock { robot_file: None, ..plan.robot.clone() };
+        let planned = robot_from_block(&block, base_dir, plan_path)?;
         let mut notes = vec![format!("limits: those of {}", scenario.robot_path.display())];
         for joint in &mut model.joints {
             if let Some(other) = planned.joints.iter().find(|other| other.name == joint.name) {

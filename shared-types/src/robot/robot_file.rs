@@ -146,6 +146,7 @@ pub(crate) fn spec_from_block(
     let effort_scale = block.effort_scale.unwrap_or(1.0);
     check_positive("it", &[effort_scale])
         .map_err(|message| location.error("effort_scale", message))?;
+    check_urdf_is_there(&block.urdf, base_dir, &location)?;
     let named = named_robot_file(block, base_dir)?;
     let urdf_additions = block.urdf_additions.with_folders(|_| String::new());
     let anonymous =
@@ -180,6 +181,23 @@ pub(crate) fn spec_from_block(
         effort_scale: effort_scale.min(1.0),
         bytes,
     })
+}
+
+/// Refuses a plan that was moved away from its robot.
+fn check_urdf_is_there(
+    urdf: &str,
+    base_dir: &Path,
+    location: &FileLocation,
+) -> Result<(), InputError> {
+    let path = base_dir.join(urdf);
+    if path.exists() {
+        return Ok(());
+    }
+    let message = format!(
+        "there is no file {}; a plan names its robot from its own folder: put it back to where it was written, or export it again",
+        path.display()
+    );
+    Err(location.error("robot.urdf", message))
 }
 
 /// The absolute path of a folder that a file names from where it is.

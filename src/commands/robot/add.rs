@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use surefoot_shared_types::InputError;
 use surefoot_shared_types::base::text_file::folder_of;
 use surefoot_shared_types::robot::load::robot_from_text;
 use surefoot_shared_types::robot::model::RobotModel;
@@ -28,6 +29,7 @@ const OTHER_BENDS: [f64; 2] = [0.8, 0.3];
 /// The URDF cannot be used, its feet cannot be distinguished, the robot cannot stand, or the file
 /// exists or cannot be written.
 pub fn run(arguments: &RobotAddArguments) -> Result<CommandOutcome, CommandError> {
+    check_is_file(&arguments.urdf)?;
     let folder = match &arguments.out {
         Some(folder) => folder.clone(),
         None => default_folder(&arguments.urdf)?,
@@ -76,6 +78,14 @@ fn try_bend(
     CommandError::unless_interrupted()?;
     let trial = trial::run(&model, arguments.quiet)?;
     Ok(Tried { draft, text, model, trial })
+}
+
+/// Refuses a folder, which has the name of the folder that would be written.
+fn check_is_file(urdf: &Path) -> Result<(), CommandError> {
+    match urdf.is_dir() {
+        true => Err(InputError::file(urdf, "is a folder; name the URDF in it").into()),
+        false => Ok(()),
+    }
 }
 
 /// A folder with the URDF's name, in the working folder.

@@ -1,10 +1,12 @@
 //! Requests to a pair that serves, whose processes and clients are killed and interrupted.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use serde::Serialize;
+use surefoot_shared_types::instance::instance::Instance;
 
 use crate::commands::bench::soak::faults::{Faults, Harm};
 use crate::commands::bench::soak::random::Random;
@@ -52,6 +54,7 @@ impl ServingProcesses {
         let name = format!("soak-{}", std::process::id());
         let control = start(Role::Controller, scenario, &name)?;
         let plan = start(Role::Planner, scenario, &name)?;
+        wait_for_instance(&name);
         let scenario = scenario.to_owned();
         let (resources, counts) = (None, RequestCounts::default());
         Ok(Self { scenario, name, control, plan, resources, counts })
@@ -87,7 +90,8 @@ impl ServingProcesses {
             _ if has_fault => self.counts.after_kill += 1,
             _ => {
                 harm.wrong_ends += 1;
-                terminal::print_note(&format!("the request of {goal} ends with {code}"));
+                let error = error_text(&mut client);
+                terminal::print_note(&format!("the request of {goal} ends with {code}: {error}"));
             }
         }
         self.measure();
@@ -149,8 +153,25 @@ impl ServingProcesses {
         let failed = |source| CommandError::Start { role: Role::Planner, source };
         let mut command = Command::new(std::env::current_exe().map_err(failed)?);
         command.args(["request", "--instance", &self.name]).args(arguments);
-        quiet(&mut command).spawn().map_err(failed)
+        quiet(&mut command).stderr(Stdio::piped()).spawn().map_err(failed)
     }
+}
+
+/// Waits until the roles have made their instance, at most [`REQUEST_SECONDS_MAX`]. Without one,
+/// the first request says so.
+fn wait_for_instance(name: &str) {
+    let watch = Stopwatch::start();
+    while Instance::attach(name).is_err() && watch.seconds() < REQUEST_SECONDS_MAX {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// What an ended process wrote to its standard error.
+fn error_text(child: &mut Child) -> String {
+    let mut text = String::new();
+    // Without it, the exit code alone is shown.
+    let _ = child.stderr.take().map(|mut errors| errors.read_to_string(&mut text));
+    text.trim().to_owned()
 }
 
 /// A random length below `bound` centimetres, m.
