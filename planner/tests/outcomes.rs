@@ -54,6 +54,26 @@ fn no_plan_leads_through_a_wall() {
 }
 
 #[test]
+fn no_plan_leads_anywhere_without_friction() {
+    for case in [flat_walk(), Case::smooth("stairs")] {
+        let mut planner = without_friction(case).planner(1);
+        let outcome = run(&mut planner, STEP);
+        assert_eq!(outcome, Outcome::Impossible(Obstruction::NoFriction));
+        assert_eq!(planner.stats().work, 1);
+        assert!(planner.describe(&outcome).contains("no friction (mu = 0)"));
+    }
+    // A robot that stands in its goal stays there.
+    let mut arrived = without_friction(flat_walk());
+    arrived.scenario.goal = arrived.scenario.start;
+    assert_eq!(run(&mut arrived.planner(1), STEP), Outcome::Found);
+}
+
+fn without_friction(mut case: Case) -> Case {
+    case.world.mu = 0.0;
+    case
+}
+
+#[test]
 fn a_search_ends_with_the_step_that_exhausts_its_budget() {
     const WORK_MAX: u64 = 2_000;
     let mut planner = flat_walk().configured(|planner| planner.work_max = WORK_MAX).planner(1);

@@ -250,3 +250,6 @@ fn inertial_wrench(
     let spin = inertia * alpha + omega.cross(inertia * omega);
     Wrench { force, torque: (pose.translation + arm).cross(force) + spin }
 }
+
+#[cfg(test)]
+mod tests;

@@ -303,3 +303,6 @@ fn nearest_carrying(samples: &[RaySample], at: DVec2) -> Option<&RaySample> {
     let carrying = samples.iter().filter(|sample| sample.is_carrying);
     carrying.min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
+
+#[cfg(test)]
+mod tests;

@@ -257,3 +257,6 @@ fn distance_to_foot(foot: &Foot, at: DVec2, bodies: &[CollisionBody]) -> f64 {
         separation(solids.0, solids.1, DVec3::Z, 1.0).distance.abs()
     }))
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,6 +3,7 @@
 use surefoot_shared_types::base::spatial::wrap_angle;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::message::{RestState, SupportMode};
+use surefoot_shared_types::world::world::World;
 
 use crate::base::capacity::ArenaFull;
 use crate::constraints::mode::StartBalance;
@@ -14,6 +15,7 @@ use crate::pipeline::retrace::Retrace;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
+use crate::relaxation::Obstruction;
 use crate::robot::kinematic_state::KinematicState;
 
 /// Stands the robot on the start and on the goal: the boundaries of the first and of the last
@@ -34,11 +36,12 @@ pub(crate) struct EndpointStage {
     yaw_tolerance: f64,
     /// Whether another method searches the walk.
     pub is_other_method: bool,
+    has_friction: bool,
 }
 
 impl EndpointStage {
-    /// Takes start and goal from a scenario.
-    pub fn new(scenario: &Scenario) -> Self {
+    /// Takes start and goal from a scenario, and whether there is friction from its world.
+    pub fn new(scenario: &Scenario, world: &World) -> Self {
         Self {
             start: scenario.start,
             goal: scenario.goal,
@@ -48,6 +51,7 @@ impl EndpointStage {
             position_tolerance: scenario.goal_tolerance.position,
             yaw_tolerance: scenario.goal_tolerance.yaw,
             is_other_method: false,
+            has_friction: world.mu > 0.0,
         }
     }
 
@@ -127,8 +131,12 @@ impl EndpointStage {
         let start = start.map_err(Outcome::StartInvalid)?;
         let offset_max = OFFSET_MAX.min(self.position_tolerance);
         let goal = stand_at(&self.goal, offset_max).map_err(Outcome::GoalInvalid)?;
-        let goal =
-            if self.rest_state.is_none() && self.is_start_goal() { start.clone() } else { goal };
+        if self.rest_state.is_none() && self.is_start_goal() {
+            return Ok([start.clone(), start]);
+        }
+        if !self.has_friction {
+            return Err(Outcome::Impossible(Obstruction::NoFriction));
+        }
         Ok([start, goal])
     }
 

@@ -24,7 +24,7 @@ pub enum Outcome {
     BudgetExhausted(Bound),
     /// An arena is full.
     ArenaFull(ArenaFull),
-    /// The relaxed problem has no solution, so there is no plan.
+    /// The relaxed problem has no solution, or the world no friction, so there is no plan.
     Impossible(Obstruction),
     /// The robot cannot stand at the start.
     StartInvalid(EndpointError),

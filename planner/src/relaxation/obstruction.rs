@@ -1,4 +1,4 @@
-//! Why the relaxed problem has no solution.
+//! Why there is no plan, where the relaxed problem or the world's friction shows it.
 
 use glam::DVec3;
 
@@ -13,6 +13,9 @@ pub enum Obstruction {
     Blockage(Blockage),
     /// The legs do not hold the root where it could pass.
     Enclosure(Enclosure),
+    /// Without friction, ground that carries pushes straight up: the centre of mass cannot be moved
+    /// from over one foot to over the other.
+    NoFriction,
 }
 
 /// The missing ground between two parts that no step connects.
@@ -69,6 +72,10 @@ impl Obstruction {
             Self::Gap(gap) => gap.describe(),
             Self::Blockage(blockage) => blockage.describe(collision),
             Self::Enclosure(enclosure) => enclosure.describe(collision),
+            Self::NoFriction => "the world has no friction (mu = 0), so the ground only pushes \
+                                 straight up, and the robot cannot move its weight from one foot \
+                                 to the other"
+                .into(),
         }
     }
 }
