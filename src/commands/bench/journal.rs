@@ -112,6 +112,7 @@ mod tests {
             outcome: "found".into(),
             ready_seconds: 0.5,
             seconds: 0.25,
+            first_chunk_seconds: Some(0.125),
             processor_seconds: 0.5,
             work: 9,
             work_by_stage: [("footholds".to_owned(), 9)].into(),

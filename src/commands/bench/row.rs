@@ -153,6 +153,7 @@ mod tests {
             outcome: outcome.into(),
             ready_seconds: 0.5,
             seconds,
+            first_chunk_seconds: Some(0.25 * seconds),
             processor_seconds: 2.0 * seconds,
             work: 10 * seed,
             work_by_stage: [("footholds".to_owned(), 10 * seed)].into(),
@@ -177,7 +178,7 @@ mod tests {
         assert_eq!(row.processor_mean_seconds, Some(4.0));
         assert_eq!(
             (row.first_chunk_mean_seconds, row.first_chunk_max_seconds),
-            (Some(2.5), Some(3.5))
+            (Some(1.0), Some(1.25))
         );
         assert_eq!(row.mean_work_by_stage["footholds"], 15.0);
         assert_eq!(row.mean_seconds_by_stage["footholds"], 0.125);
