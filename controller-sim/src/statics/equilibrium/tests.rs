@@ -65,15 +65,19 @@ fn the_region_agrees_with_the_interior_point_method() {
     }
 }
 
-/// Two soles on slopes, some points and forces drawn at random.
+/// Two soles on slopes drawn at random.
 fn random_generators(seed: u64) -> Vec<Generator> {
+    generators_on_slopes(seed, 0.1)
+}
+
+fn generators_on_slopes(seed: u64, slope: f64) -> Vec<Generator> {
     let mut random = randoms(seed);
     let mut vector = |size: f64, z: f64| {
         DVec3::new(random(-size, size), random(-size, size), z + random(-size, size))
     };
     let supports = [0, 1].map(|limb| {
         let middle = DVec3::new(0.8, 0.4 * limb as f64, 0.0) + vector(0.05, 0.0);
-        sole(limb, middle, vector(0.1, 1.0).normalize())
+        sole(limb, middle, vector(slope, 1.0).normalize())
     });
     Equilibrium::new(0.6).generators(&supports, ALL_FRICTION)
 }
@@ -135,6 +139,23 @@ fn the_rows_of_a_balance_hold_for_the_forces_that_exert_the_wrench() {
 }
 
 #[test]
+fn a_region_reaches_as_far_as_some_forces_hold() {
+    let mut refined = 0;
+    for seed in 0..10 {
+        let generators = generators_on_slopes(seed, 0.4);
+        let region = region_of(&generators);
+        let mut furthest = FurthestCentre::new(&generators);
+        refined += usize::from(region.len() > INITIAL_DIRECTIONS);
+        for direction in (0..90).map(|k| polygon::direction(k, 90)) {
+            let reach = region.iter().map(|corner| corner.dot(direction)).fold(-9.0, f64::max);
+            let wanted = furthest.along(direction).unwrap().dot(direction);
+            assert!((wanted - reach).abs() < 2e-6, "{direction}: {reach} {wanted}");
+        }
+    }
+    assert!(refined > 4, "{refined}");
+}
+
+#[test]
 fn both_methods_find_the_furthest_centre_of_mass() {
     for seed in 0..10 {
         let mut furthest = FurthestCentre::new(&random_generators(seed));
@@ -148,6 +169,13 @@ fn both_methods_find_the_furthest_centre_of_mass() {
             assert!(furthest.simplex.is_some());
         }
     }
+}
+
+/// The first share is the largest one without forces, upwards or downwards, or it is nothing
+/// without them.
+fn with_large_first(mut shares: Vec<Row>, seed: u64) -> Vec<Row> {
+    shares[0].1 = [1.5, -1.5, 0.0][(seed % 3) as usize];
+    shares
 }
 
 /// The largest share of a limit that forces need.
@@ -164,6 +192,7 @@ fn no_other_forces_need_a_smaller_share_than_those_of_either_method() {
         let shares: Vec<Row> = (0..6)
             .map(|_| (generators.iter().map(|_| random(-2.0, 2.0)).collect(), random(-1.0, 1.0)))
             .collect();
+        let shares = with_large_first(shares, seed);
         let program = MinimaxEffort::new(&generators, centre, shares.clone());
         let found = [program.by_simplex().unwrap(), program.by_interior_point().unwrap()];
         let rows = balance(&generators, centre);
@@ -195,14 +224,16 @@ fn no_other_forces_need_a_smaller_share_than_those_of_either_method() {
 fn shares_far_above_all_limits_are_minimised_too() {
     // Two points carry half of the weight each, whatever they load.
     let at = |x: f64| Generator { limb: 0, point: DVec3::new(x, 0.0, 0.0), force: DVec3::Z };
-    let program = |share: f64| {
-        let shares = vec![(vec![share, share], share), (vec![20.0, -20.0], 0.0)];
+    let program = |share: f64, offset: f64| {
+        let shares = vec![(vec![share, share], offset), (vec![20.0, -20.0], 0.0)];
         MinimaxEffort::new(&[at(0.1), at(-0.1)], DVec3::ZERO, shares)
     };
     let is_even = |forces: Vec<f64>| forces.iter().all(|force| (force - 0.5).abs() < 1e-6);
     for share in [6.0, -6.0] {
-        assert!(program(share).by_simplex().is_some_and(is_even), "{share}");
-        assert!(program(10.0 * share).by_interior_point().is_some_and(is_even), "{share}");
+        assert!(program(share, share).by_simplex().is_some_and(is_even), "{share}");
+        assert!(program(share, 0.0).by_simplex().is_some_and(is_even), "{share}");
+        let far = program(10.0 * share, share);
+        assert!(far.by_interior_point().is_some_and(is_even), "{share}");
     }
 }
 
