@@ -6,6 +6,7 @@
 #[path = "common/command.rs"]
 mod command;
 
+use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command};
 
 use command::{CommandOutput, finish, run, scenario, surefoot};
@@ -207,6 +208,33 @@ fn a_request_after_an_interrupted_one_is_answered() {
     let output = pair.request(&["--cancel"]);
     assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     pair.end();
+}
+
+#[test]
+fn a_planner_that_is_ended_while_it_improves_reports_its_best_plan() {
+    let name = format!("test-improve-{}", std::process::id());
+    let file = scenario("flat_walk");
+    let improve = ["--improve", "1000000000000"];
+    let mut plan =
+        surefoot(&[&["plan", &file, "--instance", &name, "--serve"], &improve[..]].concat())
+            .spawn()
+            .unwrap();
+    while Instance::attach(&name).is_err() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let goal = ["request", "--instance", &name, "--goal", "1.5,0,0,0"];
+    let client = surefoot(&goal).spawn().unwrap();
+    let mut lines = BufReader::new(plan.stderr.take().unwrap());
+    let mut text = String::new();
+    while !text.contains("improving a plan") {
+        assert_ne!(lines.read_line(&mut text).unwrap(), 0, "{text}");
+    }
+    assert!(Command::new("kill").arg(plan.id().to_string()).status().unwrap().success());
+    lines.read_to_string(&mut text).unwrap();
+    let (plan, client) = (finish(plan), finish(client));
+    assert_eq!((plan.code, client.code), (143, 2), "{text}{}", client.err);
+    assert!(plan.out.contains("then stopped"), "{}", plan.out);
+    assert!(client.err.contains("its best plan, of"), "{}", client.err);
 }
 
 #[test]

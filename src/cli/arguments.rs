@@ -34,7 +34,7 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SUREFOOT_CO
 #[command(
     name = "surefoot",
     version = VERSION,
-    after_help = "Exit codes: 0 done; 2 bad input or environment; 3 no plan within the budget; 4 refused by the controller's checks; 128 and the signal's number when interrupted."
+    after_help = "Exit codes: 0 done; 2 bad input or environment; 3 no plan within the budget; 4 refused by the controller's checks; 128 and the signal's number when interrupted (0 where a signal ends the improvement of a plan)."
 )]
 pub struct Arguments {
     /// The command.
@@ -449,7 +449,8 @@ pub struct SearchArguments {
     /// How the plan moves, instead of the scenario's
     #[arg(long, value_name = "quasi_static|smooth", value_parser = motion)]
     pub motion: Option<MotionKind>,
-    /// Work units that make other walks from each plan and keep the one that takes the least time
+    /// Work units that make other walks from each plan and keep the one that takes the least time;
+    /// INT or TERM ends that with the best plan so far
     #[arg(long, value_name = "WORK", value_parser = whole_number, default_value_t = 0)]
     pub improve: u64,
     /// Planner threads, at most one for each core; the plan does not depend on them

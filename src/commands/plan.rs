@@ -121,7 +121,7 @@ impl Run<'_> {
                 self.report_failure(&task, open.planned.take(), &open.planner)?;
                 return Ok(Some((task, open.planner)));
             }
-            let Some(publisher) = &mut publisher else {
+            let Some(publisher) = publisher.as_mut().filter(|_| !open.is_stopped()) else {
                 self.finish(&task, &mut open)?;
                 return Ok(Some((task, open.planner)));
             };
@@ -195,8 +195,12 @@ impl Run<'_> {
         self.emit(&RoleEvent::Planned(planned))
     }
 
-    /// Ends the search of a plan that is not delivered.
+    /// Ends the search of a plan that is not delivered. A signal that only stopped its improvement
+    /// ends the process where the plan was to be delivered.
     fn finish(&mut self, task: &PlanningTask, open: &mut OpenSearch) -> Result<(), CommandError> {
+        if open.is_stopped() && self.arguments.instance.is_none() {
+            signals::take();
+        }
         let run = RefCell::new(&mut *self);
         open.finish(&mut Callbacks {
             emit: &mut |event| run.borrow_mut().emit(event),

@@ -57,13 +57,21 @@ pub struct SearchLoop {
     emitted_at: f64,
     /// Time until the first chunk was final, s.
     first_chunk: Option<f64>,
+    /// Whether the improvement of the plan was reported.
+    is_improving: bool,
 }
 
 impl SearchLoop {
     /// Begins a search with this limit of its work.
     pub fn begin(work_max: u64) -> Self {
-        let watch = Stopwatch::start();
-        Self { watch, work_max, allocations: 0, emitted_at: 0.0, first_chunk: None }
+        Self {
+            watch: Stopwatch::start(),
+            work_max,
+            allocations: 0,
+            emitted_at: 0.0,
+            first_chunk: None,
+            is_improving: false,
+        }
     }
 
     /// Time since the search began, s.
@@ -94,7 +102,7 @@ impl SearchLoop {
 
     /// Advances the search until its first chunk is final or it ends, or until a signal comes or
     /// `is_over` returns true between two steps. A search whose first chunk is final is advanced to
-    /// its end.
+    /// its end. One that improves its plan ends with the best one then.
     ///
     /// # Errors
     /// Reporting fails.
@@ -114,7 +122,8 @@ impl SearchLoop {
                 return Ok(Searched::FirstChunk);
             }
             if signals::raised().is_some() || is_over() {
-                return Ok(Searched::Interrupted);
+                let best = self.stop_improving(planner).map(Box::new);
+                return Ok(best.map_or(Searched::Interrupted, Searched::Ended));
             }
         }
     }
@@ -143,11 +152,30 @@ impl SearchLoop {
         if let Status::Done(outcome) = status {
             return Ok(Some(self.planned(planner, Some(&outcome))));
         }
+        if let Some(Improvement { first_seconds, .. }) = planner.improvement()
+            && !self.is_improving
+        {
+            self.is_improving = true;
+            emit(&RoleEvent::Improving { first_seconds })?;
+        }
         if self.watch.seconds() - self.emitted_at > EMIT_INTERVAL_SECONDS {
             self.emitted_at = self.watch.seconds();
             emit(&RoleEvent::Planning(search_progress(planner, self.work_max)))?;
         }
         Ok(None)
+    }
+
+    /// Ends the improvement of a plan. Returns the best one, or `None` if there is none yet.
+    pub fn stop_improving(&mut self, planner: &mut Planner) -> Option<Planned> {
+        if !planner.stop_improving() {
+            return None;
+        }
+        self.first_chunk = Some(self.watch.seconds());
+        let mut planned = self.planned(planner, Some(&Outcome::Found));
+        if let Some(improved) = &mut planned.improved {
+            improved.stopped = true;
+        }
+        Some(planned)
     }
 
     /// What a search that is stopped has found so far.
@@ -222,7 +250,7 @@ fn planned(
 
 fn improved(improvement: Improvement) -> Improved {
     let Improvement { first_work, work, first_seconds, seconds, rounds, kept } = improvement;
-    Improved { first_work, work, first_seconds, seconds, rounds, kept }
+    Improved { first_work, work, first_seconds, seconds, rounds, kept, stopped: false }
 }
 
 fn smooth_motion(planner: &Planner, stats: &SearchStats) -> SmoothMotion {

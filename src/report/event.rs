@@ -25,6 +25,11 @@ pub enum RoleEvent {
     },
     /// The planner searches.
     Planning(SearchProgress),
+    /// The planner has a plan, and improves it; a signal ends that with the best plan so far.
+    Improving {
+        /// Duration of the first plan, s.
+        first_seconds: f64,
+    },
     /// The planner is done searching.
     Planned(Planned),
     /// The controller accepted further chunks.
@@ -153,15 +158,19 @@ pub struct Improved {
     pub rounds: u64,
     /// Walks that took less time than the best one before.
     pub kept: u64,
+    /// Whether a signal or another request ended it before all its work.
+    #[serde(default)]
+    pub stopped: bool,
 }
 
 impl Improved {
     /// One line of text.
     pub fn describe(&self) -> String {
-        let Self { first_work, work, first_seconds, seconds, rounds, kept } = *self;
+        let Self { first_work, work, first_seconds, seconds, rounds, kept, stopped } = *self;
+        let end = if stopped { ", then stopped" } else { "" };
         format!(
             "{first_seconds:.1} s to {seconds:.1} s in {rounds} rounds, {kept} of them kept; \
-             {work} work units after {first_work}"
+             {work} work units after {first_work}{end}"
         )
     }
 }

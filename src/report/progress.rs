@@ -56,6 +56,9 @@ fn milestone(event: &RoleEvent) -> Option<String> {
             "planner ready in {ready_seconds:.3} s, {:.1} MiB",
             *arena_bytes as f64 / f64::from(1 << 20)
         )),
+        RoleEvent::Improving { first_seconds } => Some(format!(
+            "improving a plan of {first_seconds:.1} s; a signal ends that with the best one"
+        )),
         RoleEvent::Planned(planned) => Some(format!(
             "search of {:.3} s and {} work units: {}",
             planned.plan_seconds, planned.work, planned.description
@@ -104,6 +107,7 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, event: &RoleEvent) {
         | RoleEvent::Failed { .. } => clear(bar),
         RoleEvent::Alive
         | RoleEvent::Retracing
+        | RoleEvent::Improving { .. }
         | RoleEvent::PlannerServes
         | RoleEvent::Holding { .. }
         | RoleEvent::PlannerReady { .. }

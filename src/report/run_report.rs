@@ -145,6 +145,7 @@ impl Report {
             RoleEvent::Alive
             | RoleEvent::PlannerServes
             | RoleEvent::Retracing
+            | RoleEvent::Improving { .. }
             | RoleEvent::Holding { .. }
             | RoleEvent::Planning(_)
             | RoleEvent::Delivering { .. }

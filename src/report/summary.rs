@@ -89,6 +89,9 @@ pub fn search_summary(name: &str, planned: &Planned) -> String {
         if let Some(walk) = &planned.walk {
             add(&mut text, "walk", &walk.describe());
         }
+        if let Some(improved) = &planned.improved {
+            add(&mut text, "improved", &improved.describe());
+        }
     }
     explain(planned.diagnosis.as_deref(), &mut |name, content| add(&mut text, name, &content));
     add(

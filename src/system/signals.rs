@@ -104,6 +104,11 @@ pub fn raised() -> Option<i32> {
     Some(RAISED.load(Ordering::Relaxed)).filter(|signal| *signal != 0)
 }
 
+/// Takes the signal that asked this process to end, which has done what it was asked to.
+pub fn take() -> Option<i32> {
+    Some(RAISED.swap(0, Ordering::Relaxed)).filter(|signal| *signal != 0)
+}
+
 /// Asks the kernel to send SIGTERM to this process when the thread that started it ends, however
 /// that comes about.
 pub fn end_with_parent() {

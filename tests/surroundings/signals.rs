@@ -117,6 +117,58 @@ fn what_a_search_knows_is_reported_when_it_is_ended() {
     }
 }
 
+/// Reads the lines of a command until one contains a text; returns them.
+fn read_until(lines: &mut impl std::io::BufRead, end: &str) -> String {
+    let mut text = String::new();
+    while !text.contains(end) {
+        assert_ne!(lines.read_line(&mut text).unwrap(), 0, "{text}");
+    }
+    text
+}
+
+#[test]
+fn an_improvement_that_is_ended_leaves_the_best_plan() {
+    let folder = Folder::new();
+    for signal in [INT, TERM] {
+        let mut child = folder.start(
+            "exec $S plan flat.toml --improve 1000000000000 --json report.json --export plan.json",
+        );
+        let mut err = std::io::BufReader::new(child.stderr.take().unwrap());
+        let mut text = read_until(&mut err, "improving a plan");
+        send(child.id(), signal);
+        std::io::Read::read_to_string(&mut err, &mut text).unwrap();
+        let output = finish(child);
+        assert_eq!(output.code, 0, "{text}");
+        assert!(output.out.contains("plan found") && output.out.contains("then stopped"));
+        let report: Value = folder.json("report.json");
+        assert_eq!(
+            (&report["outcome"], &report["improved"]["stopped"]),
+            (&"found".into(), &true.into())
+        );
+        let seconds = |key: &str| report["improved"][key].as_f64().unwrap();
+        assert!(seconds("seconds") <= seconds("first_seconds"), "{report}");
+        folder.good("$S check plan.json");
+        assert_nothing_left(output.pid);
+    }
+}
+
+#[test]
+fn a_walk_that_is_ended_while_its_plan_improves_reports_the_plan() {
+    let folder = Folder::new();
+    let mut child = folder
+        .start("exec $S walk flat.toml --improve 1000000000000 --json report.json 2>&1 >out.txt");
+    let mut lines = std::io::BufReader::new(child.stdout.take().unwrap());
+    let mut text = read_until(&mut lines, "improving a plan");
+    send(child.id(), TERM);
+    std::io::Read::read_to_string(&mut lines, &mut text).unwrap();
+    let output = finish(child);
+    assert_eq!(output.code, 143, "{text}");
+    let report = folder.json("report.json");
+    assert_eq!(report["outcome"], "interrupted");
+    assert!(report["digest"].is_string() && report["improved"]["stopped"] == true, "{report}");
+    assert_nothing_left(output.pid);
+}
+
 #[test]
 fn what_was_walked_is_reported_when_a_walk_is_ended() {
     let folder = Folder::new();

@@ -64,6 +64,12 @@ impl OpenSearch {
         self.has_failed() && self.planner.final_chunks().is_empty()
     }
 
+    /// Whether its improvement was stopped before all its work.
+    pub fn is_stopped(&self) -> bool {
+        let improved = self.planned.as_ref().and_then(|planned| planned.improved);
+        improved.is_some_and(|improved| improved.stopped)
+    }
+
     /// Ends the search.
     ///
     /// # Errors

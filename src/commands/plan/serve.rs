@@ -303,6 +303,9 @@ impl Server<'_> {
             if !open.make_first_chunk(emit, is_over)? {
                 return Ok(self.finish_as(RequestEnd::interrupted()));
             }
+            if open.is_stopped() {
+                return Ok(self.finish_improved(&open));
+            }
             if !open.is_without_chunks() {
                 self.open = Some(open);
                 return Ok(Event::Found);
@@ -313,6 +316,19 @@ impl Server<'_> {
             }
             self.task.retrace_further(&open.planner);
         }
+    }
+
+    /// Ends a request that was interrupted while its plan was improved: reports the best plan,
+    /// which is not delivered.
+    fn finish_improved(&mut self, open: &OpenSearch) -> Event {
+        let mut end = RequestEnd::interrupted();
+        if let Some(planned) = &open.planned {
+            self.print_planned(planned);
+            record_plan(self.queue.borrow_mut().current(), planned, &open.planner);
+            let best = planned.improved.map_or(0.0, |improved| improved.seconds);
+            end.reason += &format!("; its best plan, of {best:.1} s, is not delivered");
+        }
+        self.finish_as(end)
     }
 
     /// Ends the request as its search has ended, without a plan.
@@ -369,9 +385,7 @@ impl Server<'_> {
         let on_found = &mut |planner: &Planner, planned: &Planned| {
             reporter.borrow_mut().print(|| summary::search_summary(&name, planned));
             let mut queue = queue.borrow_mut();
-            let record = queue.current();
-            (record.work, record.chunks, record.digest) =
-                (planned.work, planned.chunks, planner.digest());
+            record_plan(queue.current(), planned, planner);
             queue.publish()
         };
         let mut growing = GrowingPlan::new(open, Callbacks { emit, on_found })?;
@@ -430,6 +444,11 @@ impl Server<'_> {
         self.queue.borrow_mut().finish(*state, reason)?;
         Ok(Event::Reported)
     }
+}
+
+/// Records a complete plan.
+fn record_plan(record: &mut RequestRecord, planned: &Planned, planner: &Planner) {
+    (record.work, record.chunks, record.digest) = (planned.work, planned.chunks, planner.digest());
 }
 
 /// Reports an event, and publishes the progress of a search.
