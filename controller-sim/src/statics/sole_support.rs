@@ -307,3 +307,5 @@ fn nearest_carrying(samples: &[RaySample], at: DVec2) -> Option<&RaySample> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) use tests::level_soles;

@@ -82,6 +82,21 @@ fn generators_on_slopes(seed: u64, slope: f64) -> Vec<Generator> {
     Equilibrium::new(0.6).generators(&supports, ALL_FRICTION)
 }
 
+/// Two soles whose 16 contact points lie on domes: the region has many corners.
+fn generators_on_domes(seed: u64) -> Vec<Generator> {
+    let mut random = randoms(seed);
+    let supports = [0, 1].map(|limb| {
+        let middle = DVec3::new(0.8 + 0.3 * limb as f64, 0.4 * limb as f64, random(0.0, 0.2));
+        let points = (0..16).map(|k| {
+            let out = polygon::direction(k, 16).extend(0.0);
+            let normal = (DVec3::Z + random(0.1, 0.4) * out).normalize();
+            ContactPoint { position: middle + 0.1 * out, normal }
+        });
+        SoleSupport { limb, area: 0.03, deepest: 0.0, points: points.collect() }
+    });
+    Equilibrium::new(0.3).generators(&supports, ALL_FRICTION)
+}
+
 /// Shares of the weight, of which the forces of `generators` sum to about one weight.
 fn random_shares(generators: &[Generator], seed: u64) -> Vec<f64> {
     let mut random = randoms(seed);
@@ -142,7 +157,8 @@ fn the_rows_of_a_balance_hold_for_the_forces_that_exert_the_wrench() {
 fn a_region_reaches_as_far_as_some_forces_hold() {
     let mut refined = 0;
     for seed in 0..10 {
-        let generators = generators_on_slopes(seed, 0.4);
+        let generators =
+            if seed < 5 { generators_on_slopes(seed, 0.4) } else { generators_on_domes(seed) };
         let region = region_of(&generators);
         let mut furthest = FurthestCentre::new(&generators);
         refined += usize::from(region.len() > INITIAL_DIRECTIONS);
@@ -217,6 +233,27 @@ fn no_other_forces_need_a_smaller_share_than_those_of_either_method() {
             shares,
         );
         assert!(elsewhere.by_simplex().is_none() && elsewhere.by_interior_point().is_none());
+    }
+}
+
+#[test]
+fn where_forces_have_little_freedom_both_methods_agree_too() {
+    let mut random = randoms(12);
+    for _ in 0..200 {
+        let mut point = || DVec3::new(random(-0.1, 0.1), random(-0.1, 0.1), 0.0);
+        let generators: Vec<Generator> =
+            (0..5).map(|_| Generator { limb: 0, point: point(), force: DVec3::Z }).collect();
+        let shares: Vec<f64> = generators.iter().map(|_| random(0.1, 1.0)).collect();
+        let weighted = generators.iter().zip(&shares).map(|(g, share)| *share * g.point);
+        let centre = weighted.sum::<DVec3>() / shares.iter().sum::<f64>();
+        let shares: Vec<Row> = (0..3)
+            .map(|_| (generators.iter().map(|_| random(-5.0, 5.0)).collect(), random(-3.0, 3.0)))
+            .collect();
+        let program = MinimaxEffort::new(&generators, centre, shares.clone());
+        let found = [program.by_simplex().unwrap(), program.by_interior_point().unwrap()];
+        let [by_simplex, by_interior_point] =
+            found.each_ref().map(|forces| largest_share(&shares, forces));
+        assert!((by_simplex - by_interior_point).abs() < 1e-5, "{by_simplex} {by_interior_point}");
     }
 }
 

@@ -6,11 +6,11 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 
 use super::*;
-use crate::check_robot::{both_feet, randoms, robot, waypoint, world};
+use crate::check_robot::{randoms, robot, waypoint};
 use crate::kinematics::forward::Configuration;
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
 use crate::statics::simplex::Simplex;
-use crate::statics::sole_support::SupportFinder;
+use crate::statics::sole_support::level_soles;
 
 /// Time and joint steps of the differences, s and rad or m.
 const STEP: f64 = 1e-3;
@@ -264,18 +264,17 @@ fn the_zero_moment_point_is_where_a_force_acts_and_nothing_pulls() {
     }
 }
 
-/// The robot on both feet, whose arm moves, with weak hips of different strengths.
+/// The robot in a stride, whose arm moves, with weak hips of different strengths.
 fn on_both_feet(speed: f64) -> (RobotModel, Posture, InverseDynamics, Vec<Generator>) {
     let mut model = robot();
     (model.joints[0].effort, model.joints[1].effort) = (31.0, 57.0);
     let mut at = waypoint(0.0, 0.7, 0.4);
+    at.q[..2].copy_from_slice(&[0.4, -0.2]);
     at.joint_velocity[2..4].copy_from_slice(&[speed, -speed]);
     at.joint_acceleration[2..4].copy_from_slice(&[2.0 * speed, speed]);
     let posture = Posture::new(&model, &Configuration::of_waypoint(&at, 4));
     let dynamics = InverseDynamics::new(&model, &posture, &at);
-    let mut finder = SupportFinder::new(&model, &world(vec![]), &Default::default()).unwrap();
-    let supports = both_feet().map(|contact| finder.find(&contact, 1.0));
-    let generators = Equilibrium::new(0.6).generators(&supports, ALL_FRICTION);
+    let generators = Equilibrium::new(0.6).generators(&level_soles(&model, &posture), ALL_FRICTION);
     (model, posture, dynamics, generators)
 }
 

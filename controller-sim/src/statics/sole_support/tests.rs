@@ -2,11 +2,12 @@ use glam::DQuat;
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
-use surefoot_shared_types::robot::model::LinkShape;
+use surefoot_shared_types::robot::model::{Foot, LinkShape};
 use surefoot_shared_types::world::world::WorldShape;
 
 use super::*;
 use crate::check_robot::{at, box_of, contact, randoms, robot, world};
+use crate::kinematics::forward::Posture;
 
 /// Distance by which the foot may be beside its pose in the standard configuration, m.
 fn shift_max() -> f64 {
@@ -24,6 +25,18 @@ fn only(shapes: Vec<(Pose, Shape)>) -> World {
 
 fn finder(world: &World) -> SupportFinder {
     SupportFinder::new(&robot(), world, &CheckerConfig::default()).unwrap()
+}
+
+/// The feet of a posture on level ground that carries their declared soles.
+pub fn level_soles(model: &RobotModel, posture: &Posture) -> Vec<SoleSupport> {
+    let support = |(limb, foot): (usize, &Foot)| {
+        let world_from_sole = posture.world_from_sole(model, limb);
+        let position = |at: &DVec2| world_from_sole * at.extend(0.0);
+        let points = foot.polygon.iter().map(position);
+        let points = points.map(|position| ContactPoint { position, normal: DVec3::Z }).collect();
+        SoleSupport { limb, area: polygon::area(&foot.polygon), deepest: 0.0, points }
+    };
+    model.feet.iter().enumerate().map(support).collect()
 }
 
 fn contact_at(pose: &Pose) -> Contact {
