@@ -150,14 +150,14 @@ mod tests {
     use crate::statics::sole_support::level_soles;
 
     /// The robot at rest in a stride with its arm so, and weak hips of different strengths.
-    struct Standing {
+    struct Resting {
         model: RobotModel,
         posture: Posture,
         dynamics: InverseDynamics,
         generators: Vec<Generator>,
     }
 
-    fn standing(shoulder: f64, elbow: f64) -> Standing {
+    fn resting(shoulder: f64, elbow: f64) -> Resting {
         let mut model = robot();
         (model.joints[0].effort, model.joints[1].effort) = (31.0, 57.0);
         let mut at = waypoint(0.0, shoulder, elbow);
@@ -166,7 +166,7 @@ mod tests {
         let dynamics = InverseDynamics::new(&model, &posture, &at);
         let supports = level_soles(&model, &posture);
         let generators = Equilibrium::new(0.6).generators(&supports, ALL_FRICTION);
-        Standing { model, posture, dynamics, generators }
+        Resting { model, posture, dynamics, generators }
     }
 
     fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
@@ -179,8 +179,8 @@ mod tests {
     fn torques_under_forces_are_those_of_a_robot_that_does_not_move() {
         let mut random = randoms(1);
         for _ in 0..10 {
-            let Standing { model, posture, dynamics, generators } =
-                standing(random(-1.0, 1.0), random(-1.0, 1.0));
+            let Resting { model, posture, dynamics, generators } =
+                resting(random(-1.0, 1.0), random(-1.0, 1.0));
             let forces: Vec<f64> = generators.iter().map(|_| random(0.0, 0.1)).collect();
             let expected = dynamics.torques_under(&model, &posture, (&generators, &forces));
             let statics = Statics::new(&model, generators, vec![0, 1]);
@@ -191,7 +191,7 @@ mod tests {
     #[test]
     fn the_least_torques_are_those_of_a_robot_that_does_not_move() {
         for (shoulder, share_max) in [(0.7, 0.95), (-0.9, 0.95), (0.7, 1e-6)] {
-            let Standing { model, posture, dynamics, generators } = standing(shoulder, 0.3);
+            let Resting { model, posture, dynamics, generators } = resting(shoulder, 0.3);
             let expected = dynamics.torques(&model, &posture, &generators, share_max).unwrap();
             let centre_of_mass = posture.centre_of_mass(&model);
             let statics = Statics::new(&model, generators, vec![0, 1]);
@@ -208,7 +208,7 @@ mod tests {
     #[test]
     fn on_one_foot_the_torques_follow_from_the_weight_alone() {
         for limb in [0, 1] {
-            let Standing { model, posture, generators, .. } = standing(0.5, 0.2);
+            let Resting { model, posture, generators, .. } = resting(0.5, 0.2);
             let centre = posture.centre_of_mass(&model);
             let generators = generators.into_iter().filter(|edge| edge.limb == limb).collect();
             let statics = Statics::new(&model, generators, vec![limb]);
