@@ -260,7 +260,7 @@ fn replan_goes_on_from_where_the_robot_stands() {
     let [ready, search, first] = ["ready", "", "first_chunk"]
         .map(|name| format!("{name}_mean_seconds").trim_start_matches('_').to_owned());
     let [ready, search, first] = [ready, search, first].map(|name| row[name].as_f64().unwrap());
-    assert!((ready + search - first).abs() < 1e-9, "{row}");
+    assert!(ready < first && first < ready + search, "the first chunk leaves early: {row}");
     assert!(row["first_chunk_p50_seconds"].as_f64() <= row["first_chunk_max_seconds"].as_f64());
     assert_eq!(replan("2")["digest"], row["digest"], "the same refusals, the same plans");
     assert_ne!(replan("1")["digest"], row["digest"]);

@@ -85,3 +85,60 @@ fn nothing_is_left_where_a_robot_cannot_be_added() {
     assert!(added.err.contains("hubo.urdf:21: link 'pelvis': mesh 'gone.stl'"), "{}", added.err);
     assert!(!Path::new(&folder.path("deep")).exists());
 }
+
+#[test]
+fn a_package_that_is_called_otherwise_is_named_on_the_command_line() {
+    let folder = UrdfFolder::new();
+    let text = fs::read_to_string(folder.path("hubo.urdf")).unwrap();
+    let mesh = "<mesh filename=\"package://hubo_data/pelvis.stl\"/>";
+    let urdf = text.replacen("<box size=\"0.1 0.2 0.12\"/>", mesh, 1);
+    fs::create_dir(folder.path("hubo_data")).unwrap();
+    fs::create_dir(folder.path("urdf")).unwrap();
+    fs::write(folder.path("urdf/hubo.urdf"), urdf).unwrap();
+    fs::write(folder.path("hubo_data/package.xml"), "<package><name>data</name></package>")
+        .unwrap();
+    fs::write(folder.path("hubo_data/pelvis.stl"), box_stl([0.05, 0.1, 0.06])).unwrap();
+    let (urdf, out) = (folder.path("urdf/hubo.urdf"), folder.path("mine"));
+
+    let refused = run(&["robot", "add", &urdf, "--out", &out, "--quiet"]);
+    assert_eq!(refused.code, 2, "{}", refused.out);
+    for part in ["says 'data'", "--package hubo_data=DIR"] {
+        assert!(refused.err.contains(part), "{}", refused.err);
+    }
+    let package = format!("hubo_data={}", folder.path("hubo_data"));
+    let added = run(&["robot", "add", &urdf, "--out", &out, "--quiet", "--package", &package]);
+    assert_eq!(added.code, 0, "{}{}", added.out, added.err);
+    let file = fs::read_to_string(folder.path("mine/robot.toml")).unwrap();
+    assert!(file.contains("[packages]\nhubo_data = \"../hubo_data\""), "{file}");
+
+    // An exported plan carries it on.
+    let (first, plan) = (folder.path("first"), folder.path("plans/plan.json"));
+    fs::create_dir(folder.path("plans")).unwrap();
+    assert_eq!(run(&["new", &first, "--robot", &folder.path("mine/robot.toml")]).code, 0);
+    let scenario = folder.path("first/scenario.toml");
+    let planned = run(&["plan", &scenario, "--quiet", "--export", &plan]);
+    assert_eq!(planned.code, 0, "{}{}", planned.out, planned.err);
+    fs::remove_file(folder.path("mine/robot.toml")).unwrap();
+    let checked = run(&["check", &plan]);
+    assert_eq!(checked.code, 0, "{}{}", checked.out, checked.err);
+}
+
+/// A box as binary STL.
+fn box_stl([x, y, z]: [f32; 3]) -> Vec<u8> {
+    let corner = |at: usize| {
+        let sign = |bit: usize| if at >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        [x * sign(0), y * sign(1), z * sign(2)]
+    };
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let faces = quads.iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let mut bytes = vec![0; 80];
+    bytes.extend(12_u32.to_le_bytes());
+    for face in faces {
+        bytes.extend([0; 12]);
+        face.iter()
+            .for_each(|at| corner(**at).iter().for_each(|it| bytes.extend(it.to_le_bytes())));
+        bytes.extend([0; 2]);
+    }
+    bytes
+}

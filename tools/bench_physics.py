@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Plans smooth walks, replays them in MuJoCo (tools/replay_mujoco.py), and prints a table.
 
-usage: bench_physics.py SCENARIO.toml ... [--seeds N] [--disturbed N] [--surefoot PROGRAM]
+usage: bench_physics.py SCENARIO.toml ... [--seeds N] [--disturbed N] [--late N]
+                        [--surefoot PROGRAM]
 
 Each scenario is planned with the seeds 1 to N, and each plan is replayed once as it is, and
---disturbed times with other masses (5 %), friction (0.8 to 1 times) and delays (up to 4 ms). A
-replay is good where the robot stands at the end, its root never more than 5 cm from the plan, and
-each foot lands within 5 mm of its place relative to the other foot.
+--disturbed times with other masses (5 %), friction (0.8 to 1 times) and delays (up to 4 ms). With
+--late, so many walks whose chunks come late at random (surefoot bench late) are replayed as they
+were executed: with their stops. A replay is good where the robot stands at the end, its root never
+more than 5 cm from the plan, and each foot lands within 5 mm of its place relative to the other
+foot.
 
 exit: 0 all are good, 1 one is not. Needs `pip install mujoco`.
 """
@@ -41,6 +44,16 @@ def plan(surefoot, scenario, seed, folder):
     return path
 
 
+def walks_with_late_chunks(surefoot, scenario, count, folder):
+    """The exported walks of a scenario with late chunks; fewer if one is not within limits."""
+    walked = folder / f"{scenario.parent.name}-{scenario.stem}-late"
+    walked.mkdir()
+    command = [surefoot, "bench", "late", scenario, "--walks", str(count), "--out", walked]
+    done = subprocess.run(command, capture_output=True, text=True)
+    print(f"{name_of(scenario)}: {done.stdout}{done.stderr}".rstrip(), file=sys.stderr)
+    return sorted(walked.iterdir())
+
+
 def replay(task):
     path, disturbance = task
     try:
@@ -73,6 +86,7 @@ def main():
     parser.add_argument("scenarios", nargs="+", type=Path, metavar="SCENARIO.toml")
     parser.add_argument("--seeds", type=int, default=3, metavar="N")
     parser.add_argument("--disturbed", type=int, default=1, metavar="N")
+    parser.add_argument("--late", type=int, default=0, metavar="N")
     parser.add_argument("--surefoot", default="target/release/surefoot", metavar="PROGRAM")
     parser.add_argument("--processes", type=int, default=2, metavar="N")
     arguments = parser.parse_args()
@@ -89,6 +103,11 @@ def main():
             kinds = {"as planned": [(path, None) for path in plans],
                      "disturbed": [(path, 1 + draw) for path in plans
                                    for draw in range(arguments.disturbed)]}
+            if arguments.late > 0:
+                late = walks_with_late_chunks(
+                    arguments.surefoot, scenario, arguments.late, Path(folder))
+                kinds["with late chunks"] = [(path, None) for path in late]
+                all_good &= len(late) == arguments.late
             for kind, tasks in kinds.items():
                 if tasks:
                     all_good &= row(name_of(scenario), kind, pool.map(replay, tasks, 1))

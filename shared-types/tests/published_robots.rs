@@ -5,6 +5,8 @@
 
 mod common;
 
+use std::path::Path;
+
 use common::{FOOT_OBJ, Folder, ROBOT, URDF};
 use glam::DVec3;
 use surefoot_shared_types::robot::load::load_robot;
@@ -392,6 +394,11 @@ fn a_mesh_file_without_a_body_is_no_shape() {
 
 /// A workspace of packages, of which `legs` holds the robot.
 fn workspace(mesh: &str, files: &[&str]) -> Result<RobotModel, String> {
+    workspace_of(mesh, files, "")
+}
+
+/// The same, with further lines in the robot file.
+fn workspace_of(mesh: &str, files: &[&str], lines: &str) -> Result<RobotModel, String> {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| {
         let path = folder.path().join(name);
@@ -402,7 +409,7 @@ fn workspace(mesh: &str, files: &[&str]) -> Result<RobotModel, String> {
         "legs/urdf/stilts.urdf",
         URDF.replace("package://stilts/meshes/foot.obj", mesh).as_bytes(),
     );
-    write("legs/urdf/robot.toml", ROBOT.as_bytes());
+    write("legs/urdf/robot.toml", format!("{ROBOT}\n{lines}").as_bytes());
     files.iter().for_each(|file| match file.strip_suffix("package.xml") {
         Some(of) => write(
             file,
@@ -433,7 +440,7 @@ fn a_package_is_the_right_one_or_none() {
         (
             "package://legs/meshes/foot.obj",
             &["legs/meshes/foot.obj", "legs/package.xml"],
-            "no folder 'legs'",
+            "legs has a package.xml that says 'legs_msgs'; if it is meant, state its folder",
         ),
         ("package://legs/meshes/foot.obj", &["legs/foot.obj"], "not found below"),
         ("http://example.org/foot.obj", &[], "not on this machine"),
@@ -441,5 +448,36 @@ fn a_package_is_the_right_one_or_none() {
     ] {
         let error = workspace(mesh, files).map(|_| ()).unwrap_err();
         assert!(error.contains(part) && error.contains("link 'right_foot'"), "{mesh}: {error}");
+    }
+}
+
+#[test]
+fn the_robot_file_says_where_a_package_is() {
+    let mesh = "package://legs/meshes/foot.obj";
+    let files = ["legs/meshes/foot.obj", "legs/package.xml", "meshes/foot.obj"];
+    let read = |folder| workspace_of(mesh, &files, &format!("[packages]\nlegs = \"{folder}\""));
+    let model = read("..").unwrap();
+    assert!(model.mesh_paths.iter().any(|path| path.ends_with("legs/meshes/foot.obj")));
+    assert!(Path::new(&model.additions.packages["legs"]).is_absolute());
+    let error = read("../nowhere").map(|_| ()).unwrap_err();
+    assert!(error.contains("[packages] 'legs'") && error.contains("no folder"), "{error}");
+}
+
+#[test]
+fn a_missing_package_is_reported_once() {
+    let of = |name: &str| {
+        format!(
+            "<collision><geometry><mesh filename=\"package://head/{name}\"/></geometry></collision>"
+        )
+    };
+    let meshes: Vec<String> =
+        ["a.obj", "b.obj", "c.obj", "d.obj"].iter().map(|name| of(name)).collect();
+    let link = format!("<link name=\"imu\">{}</link>", meshes.join("\n"));
+    let urdf = changed("<link name=\"imu\"/>", &link);
+    let error = load(&urdf, ROBOT).map(|_| ()).unwrap_err();
+    let of_head: Vec<&str> = error.lines().filter(|line| line.contains("head")).collect();
+    let [error] = of_head[..] else { panic!("{error}") };
+    for part in ["package 'head' is not found", "--package head=DIR", "(the same in lines"] {
+        assert!(error.contains(part), "{error}");
     }
 }

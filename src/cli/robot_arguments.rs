@@ -1,6 +1,6 @@
 //! The options of `surefoot robot`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
@@ -25,6 +25,10 @@ pub struct RobotAddArguments {
     /// The links of the feet, where they cannot be found
     #[arg(long, value_name = "LEFT,RIGHT", value_parser = feet)]
     pub feet: Option<Feet>,
+    /// The folder of a package that the URDF's package:// names, where it cannot be found; may be
+    /// repeated
+    #[arg(long = "package", value_name = "NAME=DIR", value_parser = package)]
+    pub packages: Vec<Package>,
     /// Leave out shapes whose mesh files are missing: nothing keeps these links from colliding
     #[arg(long)]
     pub skip_missing_meshes: bool,
@@ -36,6 +40,10 @@ pub struct RobotAddArguments {
 /// The links of the left and of the right foot.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Feet(pub [String; 2]);
+
+/// A package's name and its folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Package(pub String, pub PathBuf);
 
 /// `surefoot robot inspect`.
 #[derive(Debug, Args)]
@@ -50,6 +58,16 @@ pub struct RobotInspectArguments {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+fn package(text: &str) -> Result<Package, String> {
+    match text.split_once('=') {
+        Some((name, folder)) if !name.is_empty() && Path::new(folder).is_dir() => {
+            Ok(Package(name.to_owned(), PathBuf::from(folder)))
+        }
+        Some((name, folder)) if !name.is_empty() => Err(format!("'{folder}' is no folder")),
+        _ => Err("a name, '=' and a folder are needed: --package my_robot=../my_robot".into()),
+    }
 }
 
 fn feet(text: &str) -> Result<Feet, String> {

@@ -223,13 +223,11 @@ impl<'a> PlannerBuilder<'a> {
         let mut endpoints = EndpointStage::new(self.scenario, self.world);
         endpoints.is_other_method = method.search.is_some();
         let edges_max = config.configurations_max as usize;
+        let upper_body = UpperBody::new(self.model, &context.constraints.robot);
         let stages = Stages {
-            route: RouteStage::new(
-                UpperBody::new(self.model, &context.constraints.robot),
-                endpoints.stances()[0].stance_width,
-            ),
+            relaxation: RelaxationStage::new(upper_body.clone()),
+            route: RouteStage::new(upper_body, endpoints.stances()[0].stance_width),
             endpoints,
-            relaxation: RelaxationStage::new(),
             segmentation: SegmentationStage::default(),
             primitives: PrimitiveStage::default(),
             sequence: SequenceStage::new(
@@ -303,6 +301,7 @@ impl<'a> PlannerBuilder<'a> {
             guide: GuideState {
                 crouch: CrouchProfile::new(vertices_max),
                 live: LiveRoutes::new((1..config.live_routes).map(|_| route())),
+                is_relaxed: false,
             },
             footholds: FootholdSampling {
                 order: FootholdOrder::Sweep { next: 0 },

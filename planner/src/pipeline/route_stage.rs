@@ -34,8 +34,8 @@ pub(crate) struct RouteStage {
     is_crouching: bool,
     /// Whether a route along which the root leans is searched beside one that is known.
     is_leaning: bool,
-    /// Whether the relaxed problem is solved, or left out.
-    is_relaxed: bool,
+    /// Whether the relaxed problem is left out.
+    has_no_relaxation: bool,
     /// Whether it is solved once more, legs included, or left out.
     is_examined: bool,
     /// Whether a route waits for that.
@@ -52,7 +52,7 @@ impl RouteStage {
             stance_width,
             is_crouching: false,
             is_leaning: false,
-            is_relaxed: false,
+            has_no_relaxation: false,
             is_examined: false,
             is_waiting: false,
             work_before_relaxation: WORK_BEFORE_RELAXATION,
@@ -66,7 +66,7 @@ impl RouteStage {
 
     /// Leaves the relaxed problem out.
     pub fn skip_relaxation(&mut self) {
-        (self.is_relaxed, self.is_examined) = (true, true);
+        (self.has_no_relaxation, self.is_examined) = (true, true);
     }
 
     /// Grows the trees of stage P, or chooses the crouch profile.
@@ -91,10 +91,11 @@ impl RouteStage {
         if self.begin_direct_steps(context, search) {
             return Ok(Event::Near);
         }
-        let is_relaxed = self.is_relaxed || search.stats.routes > 0;
+        let is_relaxed =
+            self.has_no_relaxation || search.guide.is_relaxed || search.stats.routes > 0;
         let limit = if is_relaxed { budget } else { budget.min(self.work_before_relaxation) };
         if limit == 0 && budget > 0 {
-            self.is_relaxed = true;
+            self.work_before_relaxation = WORK_BEFORE_RELAXATION;
             return Ok(Event::NoRouteYet);
         }
         let is_found = std::mem::take(&mut self.is_waiting);
@@ -102,15 +103,12 @@ impl RouteStage {
         match progress {
             Progress::Growing => return Ok(Event::Continue),
             Progress::Route | Progress::Exhausted if !self.is_examined && is_doubtful(search) => {
-                (self.is_relaxed, self.is_examined) = (true, true);
+                self.is_examined = true;
                 self.is_waiting = progress == Progress::Route;
                 return Ok(Event::NoRouteYet);
             }
             Progress::Route => {}
-            Progress::Exhausted if !is_relaxed => {
-                self.is_relaxed = true;
-                return Ok(Event::NoRouteYet);
-            }
+            Progress::Exhausted if !is_relaxed => return Ok(Event::NoRouteYet),
             Progress::Full if search.stats.routes == 0 => return Err(ArenaFull::TreeVertices),
             Progress::Exhausted if search.stats.routes == 0 && search.relax_margins() => {
                 search.route.begin_again();

@@ -54,6 +54,8 @@ pub(crate) struct GuideState {
     pub crouch: CrouchProfile,
     /// The routes beside it.
     pub live: LiveRoutes,
+    /// Whether the relaxed problem is solved.
+    pub is_relaxed: bool,
 }
 
 /// What the search may do.

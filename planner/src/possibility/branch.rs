@@ -23,10 +23,22 @@ use crate::possibility::vertex_candidates::{FootScratch, StageContext, VertexCan
 pub(crate) enum BranchKind {
     /// From a vertex of a tree toward a sample.
     Sample { tip: u32 },
+    /// From a vertex of the tree of the start along a leg of the coarse path.
+    Follow { tip: u32 },
     /// From a vertex of a tree to a vertex of the other tree.
     Connect { tip: u32, other: u32 },
     /// A replacement for the route between two of its vertices.
     Shortcut { from: usize, to: usize },
+}
+
+impl BranchKind {
+    /// The vertex of a tree from which it grows; none for a shortcut.
+    pub fn tip(self) -> Option<u32> {
+        match self {
+            Self::Sample { tip } | Self::Follow { tip } | Self::Connect { tip, .. } => Some(tip),
+            Self::Shortcut { .. } => None,
+        }
+    }
 }
 
 /// Result of a branch.

@@ -13,11 +13,13 @@
 //! SE(3).
 
 pub(crate) mod blocked_regions;
+pub(crate) mod coarse_path;
 pub mod crouch_profile;
 pub mod crouch_trial;
 pub mod edge_labels;
 pub(crate) mod guide_route;
 pub mod mid_feet_pose;
+pub(crate) mod path_following;
 pub(crate) mod root_poses;
 pub mod route_condition;
 pub(crate) mod route_run;

@@ -1,6 +1,7 @@
 //! The state of one search for a guide route, or for a detour.
 
 use crate::geometry::bvh::Aabb;
+use crate::possibility::coarse_path::CoarsePath;
 use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tree::Vertex;
 use crate::possibility::tuning::{BRANCHES_MAX, LEANING_SAMPLES_DIVISOR, WIDENINGS_MAX};
@@ -82,6 +83,8 @@ pub struct Run {
     pub widenings: u32,
     /// The region that the first search reached, if it was widened (world, m).
     pub wide_region: Option<Aabb>,
+    /// The coarse path that the tree of the start follows.
+    pub path: CoarsePath,
     /// The conditions that may follow the first two.
     pub later: LaterConditions,
 }
@@ -102,7 +105,7 @@ pub struct LaterConditions {
 }
 
 impl Run {
-    /// A search between two ends (start and goal) that has not begun, in a region.
+    /// A search between two ends (start and goal) that has not begun, in a region. Allocates.
     pub fn new(ends: [Vertex; 2], bounds: Aabb) -> Self {
         Self {
             activity: Activity::Growing,
@@ -115,6 +118,7 @@ impl Run {
             restarts: 0,
             widenings: 0,
             wide_region: None,
+            path: CoarsePath::new(),
             later: LaterConditions {
                 may_widen: true,
                 has_necessary: true,

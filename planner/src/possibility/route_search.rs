@@ -48,15 +48,15 @@ struct GrowthBounds {
 pub struct RouteSearch {
     pub(crate) forest: Forest,
     pub(crate) branches: Branches,
-    joins: Joins,
-    run: Run,
+    pub(crate) joins: Joins,
+    pub(crate) run: Run,
     route: GuideRoute,
     shortcuts: RouteShortcuts,
     postures: RootPostures,
-    detour: Detour,
+    pub(crate) detour: Detour,
     blocked: BlockedRegions,
     /// The part of the route from the start that stage M has solved.
-    traversed: Vec<Vertex>,
+    pub(crate) traversed: Vec<Vertex>,
     /// Start and goal.
     endpoints: [Vertex; 2],
     region: GrowthBounds,
@@ -273,6 +273,7 @@ impl RouteSearch {
             + self.forest.bytes()
             + self.branches.bytes()
             + self.postures.bytes()
+            + self.run.path.bytes()
     }
 
     /// Spends at most `budget` work units, each one vertex that is tried. Returns the progress and
@@ -356,15 +357,6 @@ impl RouteSearch {
         self.reuse_traversed();
     }
 
-    /// Begins a straight branch to the goal from the vertex nearest to it.
-    fn connect_directly(&mut self) {
-        self.run.activity = Activity::Growing;
-        self.clear_branches();
-        let goal = self.run.ends[1].pose;
-        let tip = self.forest.trees[0].nearest(|pose| pose.distance(&goal));
-        self.join(Join { tree: 0, tip, other: 0, heading_offset: self.run.heading_offset });
-    }
-
     /// Makes the traversed part of the route the tree of the start, unless a detour is searched.
     fn reuse_traversed(&mut self) {
         if self.detour.between.is_none() && !self.traversed.is_empty() {
@@ -373,7 +365,7 @@ impl RouteSearch {
     }
 
     /// Begins a branch from a vertex of a tree toward a vertex of the other tree.
-    fn join(&mut self, Join { tree, tip, other, heading_offset }: Join) {
+    pub(crate) fn join(&mut self, Join { tree, tip, other, heading_offset }: Join) {
         let Vertex { pose: target, posture, .. } = self.forest.trees[1 - tree][other as usize];
         let extension = Extension {
             target_posture: posture,
@@ -387,12 +379,12 @@ impl RouteSearch {
     }
 
     /// Begins a branch without a limit of its vertices.
-    fn grow(&mut self, kind: BranchKind, extension: Extension, from: Vertex) {
+    pub(crate) fn grow(&mut self, kind: BranchKind, extension: Extension, from: Vertex) {
         self.branches.begin(BranchRequest { kind, extension, from, vertices_max: usize::MAX });
     }
 
     /// The extension of a branch of a tree toward a target.
-    fn extension(
+    pub(crate) fn extension(
         &self,
         tree: usize,
         target: MidFeetPose,
@@ -411,13 +403,13 @@ impl RouteSearch {
     }
 
     /// The distance between vertices, m.
-    fn spacing(&self) -> f64 {
+    pub(crate) fn spacing(&self) -> f64 {
         let is_leaning = self.run.condition == RouteCondition::Leaning;
         self.region.spacing * if is_leaning { LEANING_SPACING_SHARE } else { 1.0 }
     }
 
     /// Removes the branches that have ended. Returns the joins that follow them.
-    fn clear_branches(&mut self) -> heapless::Vec<Join, BRANCHES_MAX> {
+    pub(crate) fn clear_branches(&mut self) -> heapless::Vec<Join, BRANCHES_MAX> {
         self.branches.clear();
         std::mem::take(&mut self.joins).next
     }
@@ -427,6 +419,9 @@ impl RouteSearch {
     fn begin_branches(&mut self, seed: u64) {
         let joins = self.clear_branches();
         joins.iter().for_each(|&join| self.join(join));
+        if joins.is_empty() && self.follow_next_leg() {
+            return;
+        }
         let is_first = self.run.samples == 0 && !joins.is_empty();
         let count_max = if is_first {
             0
@@ -514,7 +509,7 @@ impl RouteSearch {
             return self.begin_branches(context.seed);
         };
         let tree = usize::from(extension.backward);
-        let (BranchKind::Sample { tip } | BranchKind::Connect { tip, .. }) = kind else { return };
+        let Some(tip) = kind.tip() else { return };
         let Some(tip) = self.add(self.joins.merged, (tree, tip), context) else {
             return self.overflow();
         };
@@ -523,6 +518,7 @@ impl RouteSearch {
                 self.forest.trees[tree][tip as usize].is_upright &= is_upright;
                 return self.connect(tree, tip, other);
             }
+            (end, BranchKind::Follow { .. }) => self.end_leg(end, tip),
             (Some(BranchEnd::TooLong), _) => {}
             _ => self.joins.next.extend(join_after(
                 (&self.forest, &self.run),
@@ -576,7 +572,9 @@ impl RouteSearch {
         push_branch(&self.forest.trees[0], tips[0], &mut self.route.vertices);
         self.route.vertices.reverse();
         push_branch(&self.forest.trees[1], tips[1], &mut self.route.vertices);
-        let is_straight = self.run.samples == 0 && self.run.condition == RouteCondition::UpperBody;
+        let is_straight = self.run.samples == 0
+            && !self.run.path.is_begun()
+            && self.run.condition == RouteCondition::UpperBody;
         self.clear_branches();
         self.shortcuts = RouteShortcuts::default();
         self.run.activity =

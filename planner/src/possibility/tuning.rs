@@ -150,6 +150,15 @@ pub(crate) const STRAIGHT_END_DISTANCE: f64 = 0.02;
 /// Most regions excluded from sampling; beyond it the oldest is dropped.
 pub(crate) const BLOCKED_REGIONS_MAX: usize = 64;
 
+// Coarse path.
+
+/// Most legs of a coarse path that is followed.
+pub(crate) const COARSE_LEGS_MAX: usize = 512;
+/// How far behind the end of a leg its branch heads for, in vertex spacings.
+pub(crate) const LEG_OVERSHOOT: f64 = 0.8;
+/// Distance at which a vertex counts as the end of a leg, m.
+pub(crate) const LEG_END_DISTANCE: f64 = 0.5;
+
 // Route shortcuts.
 
 /// Shortcuts that are tried in parallel, on a short and on a long route. Of those that overlap at

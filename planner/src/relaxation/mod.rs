@@ -20,6 +20,9 @@
 //! those of the nearest points of two voxels, and the ball is stopped between two voxels only if it
 //! touches the world wherever its centre crosses the face between them. The grid is bounded; where
 //! a search comes to its border, or a bound is reached, nothing is claimed.
+//!
+//! Where the problem has a solution, a coarse path leads over the ground that steps reach. Stage P
+//! follows it where straight branches find no route.
 
 pub(crate) mod ball_search;
 pub(crate) mod column_queue;
@@ -31,10 +34,12 @@ pub(crate) mod grid;
 pub(crate) mod ground;
 pub(crate) mod leg_curve;
 pub(crate) mod obstruction;
+pub(crate) mod path_search;
 pub(crate) mod relaxed_problem;
 pub(crate) mod step_search;
 
 pub use obstruction::{Blockage, Enclosure, GroundGap, Obstruction, SteepGround};
+pub(crate) use path_search::PathSearch;
 pub(crate) use relaxed_problem::{RelaxedEnd, RelaxedOutcome, RelaxedProblem, RelaxedWorld};
 
 mod tuning;

@@ -136,6 +136,7 @@ impl RelaxedProblem {
     pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2], is_thorough: bool) {
         (self.bounds, self.ends, self.grid) = (Bounds::of(world), ends, None);
         self.is_thorough = is_thorough;
+        self.steps[0].has_arrived = false;
         self.part = Part::Measure(0, Aabb::EMPTY);
     }
 
@@ -160,6 +161,13 @@ impl RelaxedProblem {
             Part::Over(verdict) => Some(verdict),
             _ => None,
         }
+    }
+
+    /// The grid, and the ground that steps reach from the start, by column, once they reach the
+    /// goal.
+    pub fn reached(&self) -> Option<(Grid, &[u64])> {
+        let steps = &self.steps[0];
+        self.grid.filter(|_| steps.has_arrived).map(|grid| (grid, steps.reached.as_slice()))
     }
 
     /// Measures some elements. After the last, makes the grid of the whole ground or, if that is
@@ -214,6 +222,7 @@ impl RelaxedProblem {
         if !self.steps[0].reaches(grid, &self.ends[1].soles, radius) {
             return Part::StepsFromGoal;
         }
+        self.steps[0].has_arrived = true;
         let Some(ball) = self.bounds.ball else { return Part::Over(RelaxedOutcome::Open) };
         self.ball.begin(grid, ball.radius);
         // The points of a leg as a curve are within the same reach.

@@ -16,6 +16,8 @@ pub(crate) struct StepSearch {
     pub reached: Vec<u64>,
     /// Whether steps reach beyond the grid.
     pub is_open: bool,
+    /// Whether they reach the other end.
+    pub has_arrived: bool,
     /// Reached voxels whose surroundings are not searched yet.
     fresh: Vec<u64>,
     queue: ColumnQueue,
@@ -27,6 +29,7 @@ impl StepSearch {
         Self {
             reached: vec![0; COLUMNS_MAX],
             is_open: false,
+            has_arrived: false,
             fresh: vec![0; COLUMNS_MAX],
             queue: ColumnQueue::new(COLUMNS_MAX),
         }

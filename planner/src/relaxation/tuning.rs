@@ -38,6 +38,23 @@ pub(crate) const CURVE_SPACING: f64 = 1e-3;
 /// Joints at most this far apart turn about the same point, m.
 pub(crate) const SAME_POINT: f64 = 1e-6;
 
+// The coarse path.
+
+/// Most places that its search tests.
+pub(crate) const PLACES_MAX: usize = 1 << 15;
+/// Longest stride across a gap, m.
+pub(crate) const STRIDE_MAX: f64 = 0.5;
+/// Greatest difference in height between places beside each other, m.
+pub(crate) const CLIMB_MAX: f64 = 0.3;
+/// Cost of a metre up or down, relative to that of a metre ahead: stairs cost more than floors.
+pub(crate) const CLIMB_COST: f64 = 2.0;
+/// Cost of a metre across a gap, relative to that of a metre over ground.
+pub(crate) const GAP_COST: f64 = 2.0;
+/// Horizontal distance from the goal within which the path reaches it, m.
+pub(crate) const GOAL_DISTANCE: f64 = 0.25;
+/// Longest straight leg, m.
+pub(crate) const LEG_LENGTH_MAX: f64 = 4.0;
+
 // Pieces of work of about ten microseconds.
 
 /// Surface elements that are measured or rasterized.
@@ -48,5 +65,7 @@ pub(crate) const COLUMNS_PER_ELEMENT: usize = 8;
 pub(crate) const COLUMNS_PER_UNIT: usize = 4;
 /// Columns from which legs go on, and voxels that are tested for them.
 pub(crate) const VISITS_PER_UNIT: u32 = 64;
+/// Places of the coarse path.
+pub(crate) const PLACES_PER_UNIT: usize = 4;
 /// Voxels from which the root's ball moves on.
 pub(crate) const VOXELS_PER_UNIT: usize = 6;

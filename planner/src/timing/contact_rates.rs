@@ -329,6 +329,7 @@ mod tests {
             limb: 0,
             center: DVec3::ZERO,
             polygon: corners.map(DVec2::from).into_iter().collect(),
+            width: 0.1,
             axes: glam::DMat3::from_rotation_x(0.1),
             friction: 0.6,
         };

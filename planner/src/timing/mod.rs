@@ -18,6 +18,7 @@ mod profile_check;
 pub mod rate_set;
 mod single_contact;
 pub mod slow_downs;
+mod sole_twist;
 pub mod stops;
 pub mod support;
 pub mod time_law;

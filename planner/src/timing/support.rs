@@ -36,6 +36,8 @@ pub struct FootSupport {
     pub center: DVec3,
     /// The polygon about the centre in the axes of the sole, m.
     pub polygon: SolePolygon,
+    /// Least width of the supported part of the sole, m.
+    pub width: f64,
     /// Axes of the sole in the world.
     pub axes: DMat3,
     /// Coefficient of friction.
@@ -74,7 +76,8 @@ impl Support {
 impl FootSupport {
     fn new(contact: &Contact, level: Level, extra: f64, friction: f64) -> Self {
         let sole = supported_part(contact);
-        let mut polygon = inset(&sole, level.cop_margin(width(&sole)) + extra);
+        let width = width(&sole);
+        let mut polygon = inset(&sole, level.cop_margin(width) + extra);
         let middle = polygon.iter().sum::<DVec2>() / polygon.len().max(1) as f64;
         polygon.iter_mut().for_each(|corner| *corner -= middle);
         let world_from_sole = contact.world_from_sole();
@@ -82,6 +85,7 @@ impl FootSupport {
             limb: contact.limb as usize,
             center: world_from_sole * middle.extend(0.0),
             polygon,
+            width,
             axes: DMat3::from_quat(world_from_sole.rotation),
             friction,
         }

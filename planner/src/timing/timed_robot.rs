@@ -17,6 +17,7 @@ use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
 use crate::timing::path_point::PathSpan;
 use crate::timing::rate_set::RateSet;
+use crate::timing::sole_twist;
 use crate::timing::support::{FootWrench, SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
     LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
@@ -137,6 +138,7 @@ impl TimedRobot {
                 self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
             }
             ground.region(level, *extra).clip(&balance, &mut rates);
+            sole_twist::clip(&dynamics, support, &mut rates);
             let problem = self.problem(&dynamics, support, level, LIMITS_PART);
             let mut found = memory.contact_rates.restrict(&problem, &rates);
             if !can_start(&found, level) {
@@ -254,6 +256,8 @@ impl TimedRobot {
                 load = load.max(torque.abs() / effort);
             }
         }
+        let GeneralizedForce { force, moment, .. } = dynamics.standing;
+        load = load.max(sole_twist::load(support, (force, moment + dynamics.origin.cross(force))));
         let problem = self.problem(dynamics, support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(INADMISSIBLE) }

@@ -39,6 +39,9 @@ pub(crate) const RATE_CHANGE_MAX: f64 = 300.0;
 pub(crate) const REST_ACCELERATION: f64 = 0.2;
 /// The largest rate of a motion, and its largest change, where no contact forces are known (1/s).
 pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
+/// Distance from the centre of pressure at which friction holds the moment about the normal of the
+/// only stance sole, as a share of the sole's width: two points across it.
+pub(crate) const TWIST_ARM_SHARE: f64 = 0.5;
 /// The unit of moments in the balance of contacts, as a length, m.
 pub(crate) const MOMENT_ARM: f64 = 0.1;
 /// Directions in which the border of a set of rates is sought, beside the first ones.

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 /// Most complaints that are shown at once.
 const SHOWN_MAX: usize = 60;
+/// Further errors of one message that make it be shown once.
+const EQUAL_MIN: usize = 3;
 
 /// An unusable file: its path, the location in it, the error and how to correct it. A command ends
 /// with exit code 2.
@@ -38,18 +40,43 @@ impl InputError {
         Self { line: Some(line), ..self }
     }
 
-    /// One error of many, in the order of files and lines.
+    /// One error of many, in the order of files and lines. A message that many elements share is
+    /// shown once.
     ///
     /// # Errors
     /// When there are any.
     pub(crate) fn all(mut errors: Vec<Self>) -> Result<(), Self> {
         errors.sort_by(|a, b| (&a.path, a.line).cmp(&(&b.path, b.line)));
         errors.dedup();
+        let errors = Self::merge_equal(errors);
         let mut errors = errors.into_iter();
         match errors.next() {
             Some(first) => Err(Self { others: errors.collect(), ..first }),
             None => Ok(()),
         }
+    }
+
+    /// One error for each message that many elements of a file share, with all its lines.
+    fn merge_equal(mut errors: Vec<Self>) -> Vec<Self> {
+        let mut merged = Vec::new();
+        while !errors.is_empty() {
+            let first = errors.remove(0);
+            let is_same =
+                |other: &Self| (&other.path, &other.message) == (&first.path, &first.message);
+            let lines: Vec<String> = errors
+                .iter()
+                .filter(|other| is_same(other))
+                .filter_map(|other| other.line.map(|line| line.to_string()))
+                .collect();
+            if lines.len() < EQUAL_MIN {
+                merged.push(first);
+                continue;
+            }
+            errors.retain(|other| !is_same(other));
+            let message = format!("{} (the same in lines {})", first.message, lines.join(", "));
+            merged.push(Self { message, ..first });
+        }
+        merged
     }
 
     fn write_line(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

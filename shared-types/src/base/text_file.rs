@@ -140,6 +140,11 @@ pub(crate) fn absolute(path: &Path) -> PathBuf {
     }
 }
 
+/// The absolute path of a folder, without links and `..` where it exists.
+pub fn absolute_folder(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| absolute(path))
+}
+
 /// The folder of a file; `.` for a name alone.
 pub fn folder_of(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());

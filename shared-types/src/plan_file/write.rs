@@ -273,7 +273,9 @@ fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
         effort_limits: effort_limits(robot),
         acceleration_limits: acceleration_limits(robot),
         effort_scale: None,
-        urdf_additions: robot.additions.clone(),
+        urdf_additions: robot
+            .additions
+            .with_folders(|folder| relative_to(Path::new(folder), plan_dir)),
     }
 }
 

@@ -105,6 +105,10 @@ pub struct UrdfAdditions {
     /// Links whose mesh files may be missing; a shape whose file is not found is left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing_meshes: Vec<String>,
+    /// Folders of packages that `package://` names and no folder near the URDF is; paths relative
+    /// to the file.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub packages: BTreeMap<String, String>,
     /// Ranges by joint name, rad or m, within the URDF's where it states one.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub position_limits: BTreeMap<String, [f64; 2]>,
@@ -120,6 +124,13 @@ impl UrdfAdditions {
     /// Whether the URDF lacks nothing.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// The same, with the packages' folders as `convert` gives them.
+    pub fn with_folders(&self, convert: impl Fn(&str) -> String) -> Self {
+        let packages = self.packages.iter();
+        let packages = packages.map(|(name, folder)| (name.clone(), convert(folder))).collect();
+        Self { packages, ..self.clone() }
     }
 
     /// Whether a link's shapes are those of its looks.

@@ -109,7 +109,8 @@ pub fn robot_from_block(
 /// Builds the robot, or finds as many mistakes at once as it can.
 fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let mut complaints = Vec::new();
-    let urdf = read_urdf(&spec.urdf_path, &mut complaints)?;
+    let mut urdf = read_urdf(&spec.urdf_path, &mut complaints)?;
+    urdf.package_folders.clone_from(&spec.additions.packages);
     let is_read_whole = complaints.is_empty();
     check_names(&urdf, "[standing]", &spec.standing, &mut complaints);
     check_names(&urdf, "[locked]", &spec.locked, &mut complaints);
@@ -244,6 +245,12 @@ fn check_additions(
                 complaints.push(location.error(element, message));
             }
             Some(_) => {}
+        }
+    }
+    for (name, folder) in &additions.packages {
+        if !Path::new(folder).is_dir() {
+            let message = format!("is '{folder}', which is no folder");
+            complaints.push(location.error(format!("[packages] '{name}'"), message));
         }
     }
     for (name, moments) in &additions.inertias {

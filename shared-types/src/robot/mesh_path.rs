@@ -33,9 +33,9 @@ pub(crate) fn links_without_meshes(urdf: &Urdf) -> Vec<usize> {
 }
 
 /// The file that a name means. A name without a package is looked for below the URDF's folder and
-/// the few above it. `package://NAME/` and `model://NAME/` mean the folder NAME there, the folder
-/// whose package.xml says NAME, or, where all meshes are in one package that the URDF has left,
-/// the URDF's own folder.
+/// the few above it. `package://NAME/` and `model://NAME/` mean the folder that the user states,
+/// or the folder NAME there, the folder whose package.xml says NAME, or, where all meshes are in
+/// one package that the URDF has left, the URDF's own folder.
 pub(crate) fn find_mesh(urdf: &Urdf, name: &str) -> Result<PathBuf, MeshError> {
     if name.contains("$(") || name.contains("${") {
         let message = format!("mesh '{name}' holds a macro; expand the xacro file first");
@@ -62,10 +62,12 @@ pub(crate) fn find_mesh(urdf: &Urdf, name: &str) -> Result<PathBuf, MeshError> {
 
 fn not_found(name: &str, bases: &[PathBuf], above: &[&Path]) -> String {
     match package_of(name) {
+        // The same for all meshes of the package, so that it is reported once.
         Some((package, _)) if bases.is_empty() => format!(
-            "mesh '{name}' not found: no folder '{package}', and none whose package.xml says so, below {} or the folders above it up to {}; put the package there",
+            "package '{package}' is not found: no folder '{package}', and none whose package.xml says so, below {} or the folders above it up to {}; {}",
             above[0].display(),
-            above[above.len() - 1].display()
+            above[above.len() - 1].display(),
+            package_advice(above, package)
         ),
         _ => {
             let searched: Vec<String> =
@@ -75,9 +77,32 @@ fn not_found(name: &str, bases: &[PathBuf], above: &[&Path]) -> String {
     }
 }
 
+/// How to state where a package is; names a folder that is called so and says another name.
+fn package_advice(above: &[&Path], package: &str) -> String {
+    let state = format!(
+        "state its folder ([packages] in robot.toml; 'surefoot robot add --package {package}=DIR' writes it)"
+    );
+    let is_called_so = |folder: &PathBuf| folder.file_name().is_some_and(|name| name == package);
+    let candidates = above.iter().flat_map(|base| [(*base).to_owned(), base.join(package)]);
+    let mut named = candidates.filter(is_called_so);
+    let other = named.find_map(|folder| package_name(&folder).map(|name| (folder, name)));
+    other.map_or_else(
+        || format!("put the package there, or {state}"),
+        |(folder, name)| {
+            format!(
+                "{} has a package.xml that says '{name}'; if it is meant, {state}",
+                folder.display()
+            )
+        },
+    )
+}
+
 /// The folders that are a package.
 fn package_folders(urdf: &Urdf, above: &[&Path], package: &str) -> Vec<PathBuf> {
     let names = readings(package);
+    if let Some(stated) = names.iter().find_map(|name| urdf.package_folders.get(name)) {
+        return vec![PathBuf::from(stated)];
+    }
     // What a package.xml says counts more than the folder's name.
     let is_package = |folder: &Path| match package_name(folder) {
         Some(name) => names.contains(&name),

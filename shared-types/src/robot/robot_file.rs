@@ -12,7 +12,8 @@ use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::spatial::rotation_from_rpy;
 use crate::base::text_file::{
-    FileLocation, TEXT_BYTES_MAX, TextFile, absolute, check_numbers, check_positive,
+    FileLocation, TEXT_BYTES_MAX, TextFile, absolute, absolute_folder, check_numbers,
+    check_positive, folder_of,
 };
 use crate::plan_format::blocks::{RobotBlock, UrdfAdditions};
 use crate::world::shape_block::{pose_from_arrays, pose_from_block};
@@ -42,6 +43,8 @@ struct RawRobot {
     visual_shapes: Vec<String>,
     #[serde(default)]
     missing_meshes: Vec<String>,
+    #[serde(default)]
+    packages: BTreeMap<String, String>,
     #[serde(default)]
     position_limits: BTreeMap<String, [f64; 2]>,
     #[serde(default)]
@@ -101,10 +104,12 @@ pub(crate) fn spec_from_text(source: TextFile) -> Result<RobotSpec, InputError> 
         additions: UrdfAdditions {
             visual_shapes: raw.visual_shapes,
             missing_meshes: raw.missing_meshes,
+            packages: raw.packages,
             position_limits: raw.position_limits,
             velocity_limits: raw.velocity_limits,
             inertias: raw.inertias,
-        },
+        }
+        .with_folders(|folder| joined(&folder_of(path), folder)),
         additions_location: location,
         allowed_overlaps: raw
             .allowed_overlaps
@@ -142,7 +147,9 @@ pub(crate) fn spec_from_block(
     check_positive("it", &[effort_scale])
         .map_err(|message| location.error("effort_scale", message))?;
     let named = named_robot_file(block, base_dir)?;
-    let anonymous = RobotBlock { urdf: String::new(), robot_file: None, ..block.clone() };
+    let urdf_additions = block.urdf_additions.with_folders(|_| String::new());
+    let anonymous =
+        RobotBlock { urdf: String::new(), robot_file: None, urdf_additions, ..block.clone() };
     let mut bytes = serde_json::to_vec(&anonymous)
         .map_err(|error| location.error("robot", error.to_string()))?;
     let (path, standing, allowed_overlaps) = match named {
@@ -167,12 +174,17 @@ pub(crate) fn spec_from_block(
         locked: block_values("locked_joints", &block.locked_joints, &location)?,
         effort_limits: block_values("effort_limits", &block.effort_limits, &location)?,
         accelerations: block_values("acceleration_limits", &block.acceleration_limits, &location)?,
-        additions: block.urdf_additions.clone(),
+        additions: block.urdf_additions.with_folders(|folder| joined(base_dir, folder)),
         additions_location: location,
         allowed_overlaps,
         effort_scale: effort_scale.min(1.0),
         bytes,
     })
+}
+
+/// The absolute path of a folder that a file names from where it is.
+fn joined(base: &Path, folder: &str) -> String {
+    absolute_folder(&base.join(folder)).to_string_lossy().into_owned()
 }
 
 /// The robot file that a plan names, if it is there and of the plan's URDF. How the robot stands

@@ -1,6 +1,6 @@
 //! Reads URDF files, versions 1.0 to 1.2, and notes every complaint with its line.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use roxmltree::{Document, Node};
@@ -32,6 +32,8 @@ pub(crate) struct Urdf {
     pub(crate) joints: Vec<UrdfJoint>,
     /// The packages that its meshes are in, also those of looks.
     pub(crate) packages: BTreeSet<String>,
+    /// Where the user says that packages are.
+    pub(crate) package_folders: BTreeMap<String, String>,
 }
 
 /// Reads a URDF. Errors in its elements join `complaints`.
@@ -78,7 +80,8 @@ pub(crate) fn read_urdf(path: &Path, complaints: &mut Vec<InputError>) -> Result
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = root.attribute("name").filter(|name| !name.trim().is_empty()).map(str::to_owned);
     let name = name.or(stem).unwrap_or_default();
-    let mut urdf = Urdf { bytes, name, links, joints, packages, source };
+    let package_folders = BTreeMap::new();
+    let mut urdf = Urdf { bytes, name, links, joints, packages, package_folders, source };
     urdf.remove_floating_base();
     Ok(urdf)
 }

@@ -1,12 +1,13 @@
 //! The draft of a robot file: every value that a URDF does not state, and where it comes from.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3};
 
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
-use crate::base::text_file::absolute;
+use crate::base::text_file::{absolute, absolute_folder};
 use crate::robot::mesh_path::links_without_meshes;
 use crate::robot::spec::FOOT_NAMES;
 use crate::robot::tree::sort_links;
@@ -77,6 +78,8 @@ pub struct RobotDraft {
     pub visual_shapes: Vec<Noted<()>>,
     /// Links whose missing mesh files are passed over.
     pub missing_meshes: Vec<Noted<()>>,
+    /// Absolute paths of packages that the user states, by name.
+    pub packages: BTreeMap<String, String>,
     /// What the URDF does not state.
     pub estimates: DraftEstimates,
 }
@@ -102,7 +105,13 @@ impl RobotDraft {
     /// others, with the candidates; legs that a walk cannot be planned for.
     pub fn from_urdf(path: &Path, options: &DraftOptions) -> Result<Self, InputError> {
         let mut complaints = Vec::new();
-        let urdf = read_urdf(path, &mut complaints)?;
+        let mut urdf = read_urdf(path, &mut complaints)?;
+        let packages = options.packages.iter();
+        urdf.package_folders = packages
+            .map(|(name, folder)| {
+                (name.clone(), absolute_folder(folder).to_string_lossy().into_owned())
+            })
+            .collect();
         let tree = sort_links(&urdf, &mut complaints);
         InputError::all(complaints)?;
         let Some(tree) = tree else {
@@ -160,6 +169,7 @@ impl DraftParts<'_> {
             locked: self.locked(&neutral),
             visual_shapes: self.visual_shapes(&legs),
             missing_meshes: self.missing_meshes(),
+            packages: urdf.package_folders.clone(),
             estimates: DraftEstimates {
                 position_limits: self.ranges(),
                 effort_limits: self.efforts(),
@@ -228,7 +238,10 @@ impl DraftParts<'_> {
         let is_leg = |node| legs.iter().any(|leg| self.skeleton.is_below(node, leg.chain[0]));
         let rest = self.skeleton.centre_of_mass_of(poses, |node| !is_leg(node));
         let hangs_high = legs.iter().all(|leg| poses[leg.chain[0]].translation.z > rest.z);
-        let advice = if hangs_high {
+        let lacks_meshes = !links_without_meshes(self.urdf()).is_empty();
+        let advice = if lacks_meshes {
+            "meshes are missing, perhaps those of the feet: fetch them, or name the feet with --feet"
+        } else if hangs_high {
             "they hang above the centre of mass of the rest, as arms do: a URDF without legs cannot walk"
         } else {
             "write robot.toml by hand (docs/OWN_ROBOT.md)"

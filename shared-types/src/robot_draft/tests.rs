@@ -44,7 +44,7 @@ impl Published {
     }
 
     fn load(&self, draft: &RobotDraft) -> RobotModel {
-        let text = robot_file(draft, Path::new("robot.urdf"));
+        let text = robot_file(draft, self.folder.path());
         robot_from_text(text, &self.folder.path().join("robot.toml")).unwrap()
     }
 }
@@ -368,7 +368,7 @@ fn a_leg_without_a_stated_range_gets_an_estimate() {
     assert!((hip.lower + turn).abs() < 1e-4 && (hip.upper - turn).abs() < 1e-4, "{hip:?}");
     // Without the estimate the file is refused, with the advice.
     let published = Published::new(&bare);
-    let text = robot_file(&draft, Path::new("robot.urdf"));
+    let text = robot_file(&published.draft().unwrap(), published.folder.path());
     let text = changed(&text, "[position_limits]", "]  #", |_| "[accelerations]\n#".to_owned());
     let error = robot_from_text(text, &published.folder.path().join("robot.toml")).unwrap_err();
     let error = error.to_string();
@@ -378,7 +378,7 @@ fn a_leg_without_a_stated_range_gets_an_estimate() {
 #[test]
 fn a_range_of_the_robot_file_lies_within_that_of_the_urdf() {
     let published = Published::new(&hubo());
-    let text = robot_file(&published.draft().unwrap(), Path::new("robot.urdf"));
+    let text = robot_file(&published.draft().unwrap(), published.folder.path());
     let load = |joint: &str, range: &str| {
         let text = format!("{text}\n[position_limits]\n{joint} = {range}\n");
         robot_from_text(text, &published.folder.path().join("robot.toml"))

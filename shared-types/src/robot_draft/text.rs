@@ -5,6 +5,7 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 
+use crate::base::text_file::relative_path;
 use crate::robot_draft::draft::{DraftFoot, Noted, RobotDraft};
 
 /// The name of every robot file.
@@ -13,15 +14,15 @@ pub const ROBOT_FILE: &str = "robot.toml";
 /// Lengths and angles are written with this many decimals.
 const DECIMALS: usize = 5;
 
-/// The text of the robot file, which names the URDF by the path `urdf`.
-pub fn robot_file(draft: &RobotDraft, urdf: &Path) -> String {
+/// The text of the robot file that will stand in `folder`.
+pub fn robot_file(draft: &RobotDraft, folder: &Path) -> String {
     let mut text = format!(
         "# {}: drafted by 'surefoot robot add' from its URDF. Metres and radians.\n\
          # Every value may be changed; 'surefoot robot inspect' shows the robot as it is read.\n\
          urdf = {}    # relative to this file\n\
          root = {}    # the URDF's root link\n",
         one_line(&draft.name),
-        quoted(&urdf.to_string_lossy()),
+        quoted(&relative_path(&draft.urdf_path, folder)),
         quoted(&draft.root),
     );
     if let Some(yaw) = &draft.root_yaw {
@@ -30,6 +31,7 @@ pub fn robot_file(draft: &RobotDraft, urdf: &Path) -> String {
     push_links(&mut text, "visual_shapes", &draft.visual_shapes);
     push_links(&mut text, "missing_meshes", &draft.missing_meshes);
     draft.feet.iter().for_each(|foot| push_foot(&mut text, foot));
+    push_packages(&mut text, draft, folder);
     let comments = [
         "The start posture. Joints not named stand at 0, or as near to it as their limits allow.",
         "Held still and left out of plans. Remove a line to let its joint move (48 at most).",
@@ -57,6 +59,18 @@ fn push_links(text: &mut String, list: &str, links: &[Noted<()>]) {
     let Some(first) = links.first() else { return };
     let names: Vec<String> = links.iter().map(|link| quoted(&link.name)).collect();
     let _ = writeln!(text, "{list} = [{}]    # {}", names.join(", "), first.source);
+}
+
+fn push_packages(text: &mut String, draft: &RobotDraft, folder: &Path) {
+    if !draft.packages.is_empty() {
+        text.push_str(
+            "\n# Where the packages of package:// are, relative to this file.\n[packages]\n",
+        );
+    }
+    for (name, package) in &draft.packages {
+        let path = relative_path(Path::new(package), folder);
+        let _ = writeln!(text, "{} = {}", key(name), quoted(&path));
+    }
 }
 
 fn push_foot(text: &mut String, foot: &DraftFoot) {

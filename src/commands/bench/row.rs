@@ -38,8 +38,8 @@ pub struct Row {
     pub processor_mean_seconds: Option<f64>,
     /// Mean time to get ready, of all searches, s.
     pub ready_mean_seconds: Option<f64>,
-    /// Time from the request to the first chunk: getting ready and searching, since a plan is
-    /// published once it is whole. Mean, s.
+    /// Time from the request until the first chunk is final and may be sent: getting ready,
+    /// searching, and smoothing and timing as much as it takes. Mean, s.
     pub first_chunk_mean_seconds: Option<f64>,
     /// Its median, s.
     pub first_chunk_p50_seconds: Option<f64>,
@@ -72,7 +72,9 @@ impl Row {
         let of_found =
             |value: fn(&Trial) -> f64| found.iter().map(|trial| value(trial)).collect::<Vec<f64>>();
         let seconds = Summary::of(&of_found(|trial| trial.seconds));
-        let first_chunk = Summary::of(&of_found(|trial| trial.ready_seconds + trial.seconds));
+        let first_chunk = Summary::of(&of_found(|trial| {
+            trial.ready_seconds + trial.first_chunk_seconds.unwrap_or(trial.seconds)
+        }));
         let ready: Vec<f64> = trials.iter().map(|trial| trial.ready_seconds).collect();
         let mut outcomes = BTreeMap::new();
         trials.iter().for_each(|trial| *outcomes.entry(trial.outcome.clone()).or_default() += 1);

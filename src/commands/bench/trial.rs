@@ -40,6 +40,10 @@ pub struct Trial {
     pub ready_seconds: f64,
     /// Time from ready to the outcome, s.
     pub seconds: f64,
+    /// Time from ready until the first chunk was final, s; of a plan that is not made in parts,
+    /// until it was complete.
+    #[serde(default)]
+    pub first_chunk_seconds: Option<f64>,
     /// Processor time of all threads during the search, s.
     pub processor_seconds: f64,
     /// Work units.
@@ -141,6 +145,7 @@ impl TrialSetup<'_> {
             outcome: planned.outcome,
             ready_seconds,
             seconds: planned.plan_seconds,
+            first_chunk_seconds: planned.first_chunk_seconds,
             processor_seconds: spent,
             work: planned.work,
             work_by_stage: named(planner.stats().work_by_category),
@@ -178,6 +183,7 @@ impl TrialSetup<'_> {
             self.inputs.preparation(false)?,
         )
         .threads(self.threads)
+        .in_parts()
         .build()?)
     }
 

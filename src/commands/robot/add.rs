@@ -3,13 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use surefoot_shared_types::base::text_file::{folder_of, relative_path};
+use surefoot_shared_types::base::text_file::folder_of;
 use surefoot_shared_types::robot::load::robot_from_text;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::robot_draft::text::{ROBOT_FILE, robot_file};
 use surefoot_shared_types::robot_draft::{DraftOptions, RobotDraft};
 
-use crate::cli::robot_arguments::RobotAddArguments;
+use crate::cli::robot_arguments::{Package, RobotAddArguments};
 use crate::commands::robot::add_summary::summary;
 use crate::commands::robot::made_folder::MadeFolder;
 use crate::commands::robot::trial::{self, Trial};
@@ -66,10 +66,11 @@ fn try_bend(
     signals::set_activity(Activity::Reading);
     let feet = arguments.feet.as_ref().map(|feet| feet.0.clone());
     let skip_missing_meshes = arguments.skip_missing_meshes;
-    let options = DraftOptions { feet, knee_bend, skip_missing_meshes };
+    let packages = arguments.packages.iter().map(|Package(name, at)| (name.clone(), at.clone()));
+    let packages = packages.collect();
+    let options = DraftOptions { feet, knee_bend, skip_missing_meshes, packages };
     let draft = RobotDraft::from_urdf(&arguments.urdf, &options)?;
-    let urdf = relative_path(&draft.urdf_path, &folder_of(path));
-    let text = robot_file(&draft, Path::new(&urdf));
+    let text = robot_file(&draft, &folder_of(path));
     let model = robot_from_text(text.clone(), path)?;
     signals::set_activity(Activity::Other);
     CommandError::unless_interrupted()?;

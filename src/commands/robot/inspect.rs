@@ -1,9 +1,10 @@
 //! `surefoot robot inspect`: a robot as it is read.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use surefoot_planner::PlannerError;
 use surefoot_planner::collision::model::CollisionModel;
+use surefoot_shared_types::base::text_file::folder_of;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::{load_robot, robot_from_text};
 use surefoot_shared_types::robot::model::RobotModel;
@@ -48,8 +49,8 @@ fn load(path: &Path) -> Result<RobotModel, CommandError> {
         return Ok(load_robot(&path)?);
     }
     let draft = RobotDraft::from_urdf(&path, &DraftOptions::default())?;
-    let name = path.file_name().map(PathBuf::from).unwrap_or_default();
-    Ok(robot_from_text(robot_file(&draft, &name), &path.with_file_name(ROBOT_FILE))?)
+    let text = robot_file(&draft, &folder_of(&path));
+    Ok(robot_from_text(text, &path.with_file_name(ROBOT_FILE))?)
 }
 
 /// The pairs of links that may touch, by the planner's rule.

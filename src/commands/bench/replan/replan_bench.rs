@@ -90,7 +90,8 @@ fn again(
 ) -> Result<Vec<Trial>, CommandError> {
     let inputs = setup.inputs;
     let replan = |feedback| {
-        let task = PlanningTask::first(inputs).after(inputs, &feedback, &[], 0)?;
+        let mut task = PlanningTask::first(inputs).after(inputs, &feedback, &[], 0)?;
+        task.in_parts = true;
         let make = || Ok(task.planner(&inputs.model, inputs.preparation(true)?, setup.threads)?);
         Ok(setup.search_with(program, &make)?.0)
     };
