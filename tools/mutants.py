@@ -459,7 +459,9 @@ def main():
     # Those not tried yet keep the outcome of the last run.
     for number, (key, _) in enumerate(keyed(mutants)):
         outcome.setdefault(number, known.get(key, "untried"))
+    # Those that the last run missed come first.
     tried = [n for n in tested if outcome[n] != "caught"]
+    tried.sort(key=lambda number: outcome[number] != "missed")
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         for done, (number, found) in enumerate(
                 pool.map(lambda n: (n, "caught" if tests.catch(n) else "missed"), tried)):

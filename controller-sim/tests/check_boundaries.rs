@@ -486,3 +486,21 @@ fn a_violation_on_a_curve_names_the_received_waypoint_before_it() {
     let (violation, _) = refusal(result, Check::Limits);
     assert_eq!(violation.waypoint, 1);
 }
+
+#[test]
+fn a_margin_is_no_larger_than_the_least_distance_between_the_measured_instants() {
+    // The edge of a forearm passes 2 mm above that of a bar, at no instant that is measured.
+    let edged = (at(0., 0., -0.2), rotation_about(DVec3::Y, std::f64::consts::FRAC_PI_4));
+    let mut model = robot();
+    let link_from_shape = Pose::from_parts(edged.0.translation, edged.1);
+    model.links[4].shapes = vec![LinkShape { link_from_shape, shape: box_of(0.02, 0.04, 0.02) }];
+    let half_diagonal = 0.02 * 2.0_f64.sqrt();
+    let lowest = 0.9 + 0.2 - 0.4 - 0.2 - half_diagonal;
+    let place = DVec3::new(0.0, 0.25, lowest - 2e-3 - half_diagonal);
+    let bar = ("bar", Pose::from_parts(place, edged.1), box_of(0.02, 0.04, 0.02));
+    for end in [0.31, 0.37, 0.41] {
+        let motion = swing((-0.3, 0.0), (end, 0.0), 8);
+        let margins = check_in(model.clone(), world(vec![bar.clone()]), &motion).unwrap();
+        assert!((1.4e-3..=2e-3 + 1e-9).contains(&margins.collision), "{margins:?}");
+    }
+}

@@ -113,6 +113,8 @@ fn speeds_and_stated_accelerations_between_waypoints_are_refused() {
     };
     assert!(limited(0.57, 1.74).is_ok());
     refused(limited(0.555, 1.74), Check::Spacing, "shoulder");
+    // It is fastest after the third waypoint.
+    assert_eq!(limited(0.555, 1.74).unwrap_err().waypoint, 2);
     refused(limited(0.57, 1.7), Check::Acceleration, "shoulder");
 }
 

@@ -443,7 +443,10 @@ fn neighbours_sink_into_each_other_no_deeper_than_in_walks_or_as_the_robot_file_
     };
     check(&covered, 0.59).unwrap();
     let line = "its robot file says: [[allowed_overlaps]] links = [\"upper_arm\", \"forearm\"]";
-    refused(check(&covered, 1.2), Check::SelfCollision, line);
+    let violation = check(&covered, 1.2).unwrap_err();
+    refused(Err(violation.clone()), Check::SelfCollision, line);
+    let depth: f64 = violation.detail.rsplit(' ').next().unwrap().parse().unwrap();
+    assert!((0.05..0.25).contains(&depth) && !violation.detail.contains('-'), "{violation}");
     let links = ["forearm", "upper_arm"].map(String::from);
     covered.allowed_overlaps.push(AllowedOverlap { links, depth: 0.25 });
     check(&covered, 1.2).unwrap();

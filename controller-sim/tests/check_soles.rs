@@ -51,3 +51,21 @@ fn the_part_of_a_sole_that_lies_on_the_foot_is_named() {
     let percent: f64 = line.split(' ').next().unwrap().parse().unwrap();
     assert!((28.0..=33.0).contains(&percent) && line.contains("the left sole"), "{line}");
 }
+
+#[test]
+fn a_support_does_not_depend_on_the_height_of_the_ground() {
+    // On a hill it shrinks with the height of the centre of mass over the sole.
+    let width = |height: f64| {
+        let hill = ("hill", at(0., 0.1, height - 8.0), Shape::Sphere { radius: 8.0 });
+        let mut checker =
+            Checker::new(robot(), world(vec![hill]), CheckerConfig::default()).unwrap();
+        let (mut on_hill, mut waypoint) = (contact(0), waypoint(0.0, 0.0, 0.0));
+        on_hill.position[2] += height;
+        waypoint.root_position[2] += height;
+        let supports = checker.sole_supports(&[on_hill], &[waypoint]);
+        supports.corners().map(|corner| corner.x).fold(0.0, f64::max)
+    };
+    let widths = [1.0, 3.0].map(width);
+    assert!(widths[0] > 0.05 && widths[0] < 0.099, "{widths:?}");
+    assert!((widths[0] - widths[1]).abs() < 1e-6, "{widths:?}");
+}

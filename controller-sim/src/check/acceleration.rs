@@ -245,6 +245,18 @@ mod tests {
     }
 
     #[test]
+    fn the_waypoint_that_is_not_reached_in_time_is_named() {
+        let at = |time: f64, q: f64| crate::check_robot::waypoint(time, q, 0.0);
+        let motion = [at(0.0, 0.0), at(1.0, 0.0), at(2.0, 0.0), at(3.0, 2.0), at(4.0, 2.0)];
+        let first = |count: usize, limit: f64| {
+            first_unreachable(&motion[..count], crate::check_robot::SHOULDER, limit)
+        };
+        assert_eq!([first(5, 8.1), first(5, 3.9), first(5, 4.2)], [None, Some(3), Some(4)]);
+        // It is there in time, and cannot stand.
+        assert_eq!([first(4, 8.1), first(4, 7.9), first(4, 5.0)], [None, Some(3), Some(3)]);
+    }
+
+    #[test]
     fn no_number_is_no_speed() {
         for numbers in [(f64::NAN, 0.1, 1.0), (0.0, f64::NAN, 1.0), (0.0, 0.1, f64::NAN)] {
             let (speed, way, seconds) = numbers;

@@ -193,6 +193,64 @@ pub fn advice((a, b): (&CollisionBody, &CollisionBody), depth: f64) -> String {
     format!(
         "; if the robot is built so, its robot file says: [[allowed_overlaps]] links = {links:?} \
          depth = {}",
-        1e-4 * tenths
+        tenths / 1e4
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check_robot::{ELBOW, at, robot};
+    use surefoot_shared_types::Shape;
+    use surefoot_shared_types::robot::model::{LinkShape, LockedJoint};
+
+    /// The robot whose forearm lies beside its upper arm and overlaps it, and the pair of both.
+    fn overlapping(change: impl FnOnce(&mut RobotModel)) -> (SelfPair, Vec<CollisionBody>) {
+        let mut model = robot();
+        let shape = Shape::Capsule { radius: 0.03, half_length: 0.2 };
+        model.links[4].shapes = vec![LinkShape { link_from_shape: at(0., 0.03, -0.2), shape }];
+        change(&mut model);
+        let bodies = CollisionBody::of_robot(&model).unwrap();
+        let is_of = |index: usize, link: usize| bodies[index].link == Some(link);
+        let pairs = self_pairs(&model, &bodies).into_iter();
+        let mut of_arm = pairs.filter(|pair| is_of(pair.bodies.0, 3) && is_of(pair.bodies.1, 4));
+        let pair = of_arm.next().unwrap();
+        assert_eq!(of_arm.next(), None);
+        (pair, bodies)
+    }
+
+    #[test]
+    fn covers_of_neighbours_overlap_as_deep_as_their_joint_bends_in_walks() {
+        let (pair, _) = overlapping(|_| ());
+        // The ends of both cores are (0, 0.03) and (0.05, 0) m from the elbow, which turns one.
+        let depth = |angle: f64| {
+            let end = 0.03 * glam::DVec2::from_angle(angle);
+            0.06 - end.distance(glam::DVec2::new(0.0, 0.05))
+        };
+        assert!((pair.standing_depth - depth(0.0)).abs() < 1e-6, "{pair:?}");
+        assert!((pair.depth_max - depth(0.65)).abs() < 1e-5, "{pair:?}");
+        assert_eq!(pair.walked, [JointRange { joint: ELBOW, low: -0.65, high: 0.65 }]);
+        let (granted, _) = overlapping(|model| {
+            model.standing_q[ELBOW] = 0.2;
+            (model.joints[ELBOW].lower, model.joints[ELBOW].upper) = (-0.3, 0.4);
+        });
+        assert_eq!(granted.walked, [JointRange { joint: ELBOW, low: -0.3, high: 0.4 }]);
+    }
+
+    #[test]
+    fn a_locked_joint_does_not_bend() {
+        let (pair, bodies) = overlapping(|model| {
+            let joint = model.joints.pop().unwrap();
+            let position = model.standing_q.pop().unwrap();
+            model.links[4].parent.as_mut().unwrap().joint = None;
+            let parent_from_joint = at(0., 0., -0.4);
+            model.locked_joints = vec![LockedJoint { joint, position, parent_from_joint }];
+        });
+        assert!(pair.walked.is_empty(), "{pair:?}");
+        assert!((pair.depth_max - pair.standing_depth).abs() < 1e-5, "{pair:?}");
+        let named = describe(std::slice::from_ref(&pair), &bodies);
+        assert!(named[0].ends_with("by 1.7 mm as when standing"), "{named:?}");
+        let text = advice((&bodies[pair.bodies.0], &bodies[pair.bodies.1]), 0.012_34);
+        assert!(text.ends_with("links = [\"upper_arm\", \"forearm\"] depth = 0.0124"), "{text}");
+    }
 }

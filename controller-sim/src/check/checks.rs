@@ -104,14 +104,14 @@ impl PhysicalCheck {
     }
 }
 
-/// Whether [`PHYSICAL`] holds each physical check once.
-const fn is_complete() -> bool {
+/// Whether a list holds each physical check once.
+const fn is_complete(physical: &[PhysicalCheck]) -> bool {
     let mut index = 0;
     while index < Check::ALL.len() {
         let check = Check::ALL[index];
         let (mut count, mut place) = (0, 0);
-        while place < PHYSICAL.len() {
-            count += (PHYSICAL[place].check() as u32 == check as u32) as usize;
+        while place < physical.len() {
+            count += (physical[place].check() as u32 == check as u32) as usize;
             place += 1;
         }
         if count != PhysicalCheck::of(check).is_some() as usize {
@@ -122,4 +122,23 @@ const fn is_complete() -> bool {
     true
 }
 
-const _: () = assert!(is_complete(), "PHYSICAL must hold each physical check once");
+const _: () = assert!(is_complete(&PHYSICAL), "PHYSICAL must hold each physical check once");
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_that_lacks_a_check_or_holds_one_twice_is_not_complete() {
+        assert!(is_complete(&PHYSICAL));
+        for place in 0..PHYSICAL.len() {
+            let mut list = PHYSICAL.to_vec();
+            list.remove(place);
+            assert!(!is_complete(&list), "{place}");
+            list.push(PHYSICAL[(place + 1) % PHYSICAL.len()]);
+            assert!(!is_complete(&list), "{place}");
+            list.extend([PHYSICAL[place]; 2]);
+            assert!(!is_complete(&list), "{place}");
+        }
+    }
+}

@@ -445,4 +445,42 @@ mod tests {
         assert!(distance(&small, &open) > 0.03);
         assert_eq!(deepest_of_first((&small.0, &small.1), (&open.0, &open.1), 0.0), 0.0);
     }
+
+    #[test]
+    fn a_clipped_triangle_is_its_part_in_the_box() {
+        let mut random = crate::check_robot::randoms(8);
+        let [mut cut, mut inside] = [0; 2];
+        for _ in 0..400 {
+            let mut vector = |size: f64| DVec3::from_array([0; 3].map(|_| random(-size, size)));
+            let near = Bounds::of_points([vector(1.0), vector(1.0)]);
+            let triangle = [vector(1.5), vector(1.5), vector(1.5)];
+            let part = clipped(&triangle, &near);
+            let [a, b, c] = triangle;
+            let area = |corners: &[DVec3]| {
+                let fan = corners.windows(2).skip(1);
+                fan.map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0]).length())
+                    .sum::<f64>()
+            };
+            // Every corner is a point of the triangle in the box.
+            for at in &part {
+                assert!((at.clamp(near.low, near.high) - *at).length() < 1e-9, "{at}");
+                let of_parts = area(&[a, b, *at]) + area(&[b, c, *at]) + area(&[c, a, *at]);
+                assert!((of_parts - area(&triangle)).abs() < 1e-9, "{at}");
+            }
+            // The part has the area of the points of the triangle that lie in the box.
+            let grid = (0..60).flat_map(|i| (0..60 - i).map(move |k| (i, k)));
+            let points = grid.map(|(i, k)| {
+                let [u, v] = [i, k].map(|at| (f64::from(at) + 1.0 / 3.0) / 60.0);
+                a + u * (b - a) + v * (c - a)
+            });
+            let (all, within) = points.fold((0, 0), |(all, within), at| {
+                (all + 1, within + u32::from(at == at.clamp(near.low, near.high)))
+            });
+            let share = f64::from(within) / f64::from(all);
+            assert!((area(&part) / area(&triangle) - share).abs() < 0.08, "{part:?} {share}");
+            cut += u32::from(part.len() > 3);
+            inside += u32::from(!part.is_empty());
+        }
+        assert!(cut > 30 && inside > 60, "{cut} {inside}");
+    }
 }

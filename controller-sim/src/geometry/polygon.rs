@@ -168,6 +168,13 @@ mod tests {
     }
 
     #[test]
+    fn corners_that_are_flat_but_for_rounding_are_left_out() {
+        let bulges = [(0.5, -1e-13), (1.0 + 1e-13, 0.5), (0.5, 1.0 + 1e-13), (-1e-13, 0.5)];
+        let points: Vec<DVec2> = square().into_iter().chain(bulges.map(DVec2::from)).collect();
+        assert_eq!(hull(&points), square());
+    }
+
+    #[test]
     fn margin_is_signed_and_exact_past_a_corner() {
         assert!((margin(&square(), DVec2::new(0.5, 0.2)) - 0.2).abs() < 1e-12);
         assert!((margin(&square(), DVec2::new(-3.0, -4.0)) + 5.0).abs() < 1e-12);

@@ -266,14 +266,9 @@ impl MinimaxEffort {
             .collect();
         let mut cost = vec![0.0; count + 1];
         cost[count] = 1.0;
-        let mut forces = ConvexProgram {
-            cost,
-            square_cost: 0.0,
-            nonnegative: count + 1,
-            equalities,
-            inequalities,
-        }
-        .solve()?;
+        let mut forces =
+            ConvexProgram { cost, square_cost: 0.0, nonnegative: count, equalities, inequalities }
+                .solve()?;
         forces.truncate(count);
         is_balanced(&self.balance, &forces).then_some(forces)
     }

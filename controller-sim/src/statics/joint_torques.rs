@@ -139,3 +139,91 @@ impl JointLoads {
         torques
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check_robot::{randoms, robot, waypoint};
+    use crate::kinematics::forward::Configuration;
+    use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
+    use crate::statics::inverse_dynamics::InverseDynamics;
+    use crate::statics::sole_support::level_soles;
+
+    /// The robot at rest in a stride with its arm so, and weak hips of different strengths.
+    struct Resting {
+        model: RobotModel,
+        posture: Posture,
+        dynamics: InverseDynamics,
+        generators: Vec<Generator>,
+    }
+
+    fn resting(shoulder: f64, elbow: f64) -> Resting {
+        let mut model = robot();
+        (model.joints[0].effort, model.joints[1].effort) = (31.0, 57.0);
+        let mut at = waypoint(0.0, shoulder, elbow);
+        at.q[..2].copy_from_slice(&[0.4, -0.2]);
+        let posture = Posture::new(&model, &Configuration::of_waypoint(&at, 4));
+        let dynamics = InverseDynamics::new(&model, &posture, &at);
+        let supports = level_soles(&model, &posture);
+        let generators = Equilibrium::new(0.6).generators(&supports, ALL_FRICTION);
+        Resting { model, posture, dynamics, generators }
+    }
+
+    fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
+        let pairs = found.iter().zip(expected);
+        let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(found.len() == expected.len() && apart < tolerance, "{found:?} {expected:?}");
+    }
+
+    #[test]
+    fn torques_under_forces_are_those_of_a_robot_that_does_not_move() {
+        let mut random = randoms(1);
+        for _ in 0..10 {
+            let Resting { model, posture, dynamics, generators } =
+                resting(random(-1.0, 1.0), random(-1.0, 1.0));
+            let forces: Vec<f64> = generators.iter().map(|_| random(0.0, 0.1)).collect();
+            let expected = dynamics.torques_under(&model, &posture, (&generators, &forces));
+            let statics = Statics::new(&model, generators, vec![0, 1]);
+            assert_near(&statics.torques_under(&posture, &forces), &expected, 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_least_torques_are_those_of_a_robot_that_does_not_move() {
+        for (shoulder, share_max) in [(0.7, 0.95), (-0.9, 0.95), (0.7, 1e-6)] {
+            let Resting { model, posture, dynamics, generators } = resting(shoulder, 0.3);
+            let expected = dynamics.torques(&model, &posture, &generators, share_max).unwrap();
+            let centre_of_mass = posture.centre_of_mass(&model);
+            let statics = Statics::new(&model, generators, vec![0, 1]);
+            let found = statics.torques(&posture, centre_of_mass, share_max).unwrap();
+            assert_near(&found, &expected, 1e-3);
+            // The hips share the load by their strengths.
+            assert!((found[0] / 31.0 - found[1] / 57.0).abs() < 1e-4, "{found:?}");
+            assert!(found[0].abs() > 1.0, "{found:?}");
+            let beside = centre_of_mass + DVec3::X;
+            assert_eq!(statics.torques(&posture, beside, share_max), None);
+        }
+    }
+
+    #[test]
+    fn on_one_foot_the_torques_follow_from_the_weight_alone() {
+        for limb in [0, 1] {
+            let Resting { model, posture, generators, .. } = resting(0.5, 0.2);
+            let centre = posture.centre_of_mass(&model);
+            let generators = generators.into_iter().filter(|edge| edge.limb == limb).collect();
+            let statics = Statics::new(&model, generators, vec![limb]);
+            let found = statics.torques(&posture, centre, 0.95).unwrap();
+            // The hip carries all but its leg, the other hip its leg.
+            let hip = posture.world_from_link[1 + limb].translation;
+            let moment = |mass: f64, at: DVec3| mass * GRAVITY * (at - hip).cross(DVec3::Z).y;
+            let weight = moment(model.mass(), centre);
+            let [of_leg, of_other] = [limb, 1 - limb].map(|limb| {
+                let (link, pose) = (&model.links[1 + limb], &posture.world_from_link[1 + limb]);
+                moment(link.mass, *pose * link.com)
+            });
+            assert!((found[limb] - (of_leg - weight)).abs() < 1e-9, "{found:?}");
+            // Both hips are on one line.
+            assert!((found[1 - limb] - of_other).abs() < 1e-9, "{found:?}");
+        }
+    }
+}

@@ -96,6 +96,7 @@ fn newton_step(rows: &[Row], forces: &[f64]) -> Option<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check_robot::randoms;
 
     #[test]
     fn least_squares_forces_are_even_and_nonnegative() {
@@ -138,14 +139,29 @@ mod tests {
     }
 
     #[test]
+    fn clarabel_finds_the_same_few_forces() {
+        let mut random = randoms(2);
+        let mut held = 0;
+        for _ in 0..400 {
+            let (columns, height) = (random(3.0, 9.0) as usize, random(2.0, 5.0) as usize);
+            let mut rows: Vec<Row> = vec![(vec![1.0; columns], 1.0)];
+            for _ in 1..height {
+                rows.push(((0..columns).map(|_| random(-1.0, 1.0)).collect(), random(-0.4, 0.4)));
+            }
+            let (ours, theirs) = (by_newton(&rows), by_interior_point(&rows));
+            assert_eq!(ours.is_some(), theirs.is_some(), "{rows:?}");
+            let (Some(ours), Some(theirs)) = (ours, theirs) else { continue };
+            held += 1;
+            let apart = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(apart < 1e-4, "{rows:?}: {apart:.1e} apart");
+        }
+        assert!((100..400).contains(&held), "{held}");
+    }
+
+    #[test]
     fn clarabel_finds_the_same_forces() {
-        let mut seed = 1_u64;
-        let mut random = || {
-            seed = seed
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut uniform = randoms(1);
+        let mut random = || uniform(0.0, 1.0);
         let mut held = 0;
         for _ in 0..200 {
             let columns = 32 + (random() * 200.0) as usize;

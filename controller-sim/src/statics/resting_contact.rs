@@ -195,6 +195,33 @@ mod tests {
     }
 
     #[test]
+    fn a_bar_and_a_post_carry_what_lies_between_them() {
+        // A bar under one end of the sole, turned between two of the directions, and a post.
+        for turned in [11.0, -11.0, 191.0] {
+            let along = DVec2::from_angle(f64::to_radians(turned));
+            let post = -0.05 * along;
+            let air = |at: DVec2| {
+                let (bar, beside) = (at.dot(along) - 0.05, at.distance(post));
+                (bar * bar).min(beside * beside) / 0.04
+            };
+            let region = resting_region(&over(|at| Some(air(at))), HEIGHT);
+            let furthest = region.iter().map(|at| at.dot(along)).fold(f64::NEG_INFINITY, f64::max);
+            assert!((furthest - 0.05).abs() < 1e-3, "{turned}: {furthest}");
+            let nearest = region.iter().map(|at| at.dot(along)).fold(f64::INFINITY, f64::min);
+            assert!((nearest + 0.05).abs() < 2e-3, "{turned}: {nearest}");
+            // The sides from the post lead to the ends of the bar.
+            let ends = over(|at| ((at.dot(along) - 0.05).abs() < 5e-4).then_some(0.0));
+            let ends = polygon::hull(&ends.iter().map(|end| end.at).collect::<Vec<_>>());
+            let triangle = polygon::hull(&[ends, vec![post]].concat());
+            let beyond = region.iter().map(|at| -polygon::margin(&triangle, *at));
+            let beyond = beyond.fold(f64::NEG_INFINITY, f64::max);
+            assert!(beyond < 2e-3, "{turned}: {beyond}");
+            let (found, whole) = (polygon::area(&region), polygon::area(&triangle));
+            assert!(found > 0.9 * whole, "{turned}: {found} {whole}");
+        }
+    }
+
+    #[test]
     fn a_rib_tips_the_foot_and_one_that_cannot_carry_leaves_nothing() {
         let mut samples = over(|_| Some(1e-3));
         assert!(polygon::area(&resting_region(&samples, HEIGHT)) > 0.0199);

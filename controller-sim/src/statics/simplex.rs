@@ -24,7 +24,8 @@ pub struct Simplex {
     columns: usize,
     /// One row per equation: its coefficients, then its right side.
     rows: Vec<Vec<f64>>,
-    /// The basic variable of each row; from `columns` on artificial variables of unmet rows.
+    /// The basic variable of each row; until a vertex is found, those from `columns` on are
+    /// artificial variables of unmet rows.
     basis: Vec<usize>,
 }
 
@@ -65,17 +66,13 @@ impl Simplex {
     /// is unbounded.
     pub fn minimise(&mut self, cost: &[f64]) -> Option<Vec<f64>> {
         let mut reduced_costs: Vec<f64> = cost.iter().copied().chain([0.0]).collect();
-        for (row, &variable) in
-            self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns)
-        {
+        for (row, &variable) in self.rows.iter().zip(&self.basis) {
             let reduced_cost = reduced_costs[variable];
             reduced_costs.iter_mut().zip(row).for_each(|(sum, value)| *sum -= reduced_cost * value);
         }
         self.improve(&mut reduced_costs)?;
         let mut x = vec![0.0; self.columns];
-        for (row, &variable) in
-            self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns)
-        {
+        for (row, &variable) in self.rows.iter().zip(&self.basis) {
             x[variable] = row[self.columns].max(0.0);
         }
         Some(x)

@@ -256,7 +256,8 @@ fn support_of(
     let deepest = -least_air(samples);
     let region = certain_region(samples, height);
     let area = polygon::area(&region);
-    if region.len() < 3 || area <= 0.0 {
+    let is_area = area > 0.0;
+    if !is_area {
         return SoleSupport { limb, area: 0.0, deepest, points: Vec::new() };
     }
     let contact_point = |at: DVec2| {
@@ -285,7 +286,7 @@ fn certain_region(samples: &[RaySample], height: f64) -> Vec<DVec2> {
         return touched;
     }
     let certain = region(|sample| sample.most_air);
-    if touched.len() < 3 || certain.len() < 3 {
+    if touched.len() < 3 {
         return Vec::new();
     }
     polygon::sides(&touched).fold(certain, |certain, (a, b)| {
@@ -306,3 +307,5 @@ fn nearest_carrying(samples: &[RaySample], at: DVec2) -> Option<&RaySample> {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) use tests::level_soles;

@@ -189,7 +189,7 @@ fn height_over(shapes: &[Target], at: DVec2) -> f64 {
 /// between all rays.
 fn coarse_points(sole: &[DVec2]) -> Vec<DVec2> {
     let (low, high) = extent(sole);
-    let count = ((high - low) / SAMPLE_SPACING).ceil() + 1.0;
+    let count = ((high - low) / SAMPLE_SPACING).ceil();
     let cells = (0..count.y as usize).flat_map(|y| (0..count.x as usize).map(move |x| (x, y)));
     cells
         .map(|(x, y)| {

@@ -65,17 +65,36 @@ fn the_region_agrees_with_the_interior_point_method() {
     }
 }
 
-/// Two soles on slopes, some points and forces drawn at random.
+/// Two soles on slopes drawn at random.
 fn random_generators(seed: u64) -> Vec<Generator> {
+    generators_on_slopes(seed, 0.1)
+}
+
+fn generators_on_slopes(seed: u64, slope: f64) -> Vec<Generator> {
     let mut random = randoms(seed);
     let mut vector = |size: f64, z: f64| {
         DVec3::new(random(-size, size), random(-size, size), z + random(-size, size))
     };
     let supports = [0, 1].map(|limb| {
         let middle = DVec3::new(0.8, 0.4 * limb as f64, 0.0) + vector(0.05, 0.0);
-        sole(limb, middle, vector(0.1, 1.0).normalize())
+        sole(limb, middle, vector(slope, 1.0).normalize())
     });
     Equilibrium::new(0.6).generators(&supports, ALL_FRICTION)
+}
+
+/// Two soles whose 16 contact points lie on domes: the region has many corners.
+fn generators_on_domes(seed: u64) -> Vec<Generator> {
+    let mut random = randoms(seed);
+    let supports = [0, 1].map(|limb| {
+        let middle = DVec3::new(0.8 + 0.3 * limb as f64, 0.4 * limb as f64, random(0.0, 0.2));
+        let points = (0..16).map(|k| {
+            let out = polygon::direction(k, 16).extend(0.0);
+            let normal = (DVec3::Z + random(0.1, 0.4) * out).normalize();
+            ContactPoint { position: middle + 0.1 * out, normal }
+        });
+        SoleSupport { limb, area: 0.03, deepest: 0.0, points: points.collect() }
+    });
+    Equilibrium::new(0.3).generators(&supports, ALL_FRICTION)
 }
 
 /// Shares of the weight, of which the forces of `generators` sum to about one weight.
@@ -135,6 +154,24 @@ fn the_rows_of_a_balance_hold_for_the_forces_that_exert_the_wrench() {
 }
 
 #[test]
+fn a_region_reaches_as_far_as_some_forces_hold() {
+    let mut refined = 0;
+    for seed in 0..10 {
+        let generators =
+            if seed < 5 { generators_on_slopes(seed, 0.4) } else { generators_on_domes(seed) };
+        let region = region_of(&generators);
+        let mut furthest = FurthestCentre::new(&generators);
+        refined += usize::from(region.len() > INITIAL_DIRECTIONS);
+        for direction in (0..90).map(|k| polygon::direction(k, 90)) {
+            let reach = region.iter().map(|corner| corner.dot(direction)).fold(-9.0, f64::max);
+            let wanted = furthest.along(direction).unwrap().dot(direction);
+            assert!((wanted - reach).abs() < 2e-6, "{direction}: {reach} {wanted}");
+        }
+    }
+    assert!(refined > 4, "{refined}");
+}
+
+#[test]
 fn both_methods_find_the_furthest_centre_of_mass() {
     for seed in 0..10 {
         let mut furthest = FurthestCentre::new(&random_generators(seed));
@@ -148,6 +185,13 @@ fn both_methods_find_the_furthest_centre_of_mass() {
             assert!(furthest.simplex.is_some());
         }
     }
+}
+
+/// The first share is the largest one without forces, upwards or downwards, or it is nothing
+/// without them.
+fn with_large_first(mut shares: Vec<Row>, seed: u64) -> Vec<Row> {
+    shares[0].1 = [1.5, -1.5, 0.0][(seed % 3) as usize];
+    shares
 }
 
 /// The largest share of a limit that forces need.
@@ -164,6 +208,7 @@ fn no_other_forces_need_a_smaller_share_than_those_of_either_method() {
         let shares: Vec<Row> = (0..6)
             .map(|_| (generators.iter().map(|_| random(-2.0, 2.0)).collect(), random(-1.0, 1.0)))
             .collect();
+        let shares = with_large_first(shares, seed);
         let program = MinimaxEffort::new(&generators, centre, shares.clone());
         let found = [program.by_simplex().unwrap(), program.by_interior_point().unwrap()];
         let rows = balance(&generators, centre);
@@ -192,17 +237,40 @@ fn no_other_forces_need_a_smaller_share_than_those_of_either_method() {
 }
 
 #[test]
+fn where_forces_have_little_freedom_both_methods_agree_too() {
+    let mut random = randoms(12);
+    for _ in 0..200 {
+        let mut point = || DVec3::new(random(-0.1, 0.1), random(-0.1, 0.1), 0.0);
+        let generators: Vec<Generator> =
+            (0..5).map(|_| Generator { limb: 0, point: point(), force: DVec3::Z }).collect();
+        let shares: Vec<f64> = generators.iter().map(|_| random(0.1, 1.0)).collect();
+        let weighted = generators.iter().zip(&shares).map(|(g, share)| *share * g.point);
+        let centre = weighted.sum::<DVec3>() / shares.iter().sum::<f64>();
+        let shares: Vec<Row> = (0..3)
+            .map(|_| (generators.iter().map(|_| random(-5.0, 5.0)).collect(), random(-3.0, 3.0)))
+            .collect();
+        let program = MinimaxEffort::new(&generators, centre, shares.clone());
+        let found = [program.by_simplex().unwrap(), program.by_interior_point().unwrap()];
+        let [by_simplex, by_interior_point] =
+            found.each_ref().map(|forces| largest_share(&shares, forces));
+        assert!((by_simplex - by_interior_point).abs() < 1e-5, "{by_simplex} {by_interior_point}");
+    }
+}
+
+#[test]
 fn shares_far_above_all_limits_are_minimised_too() {
     // Two points carry half of the weight each, whatever they load.
     let at = |x: f64| Generator { limb: 0, point: DVec3::new(x, 0.0, 0.0), force: DVec3::Z };
-    let program = |share: f64| {
-        let shares = vec![(vec![share, share], share), (vec![20.0, -20.0], 0.0)];
+    let program = |share: f64, offset: f64| {
+        let shares = vec![(vec![share, share], offset), (vec![20.0, -20.0], 0.0)];
         MinimaxEffort::new(&[at(0.1), at(-0.1)], DVec3::ZERO, shares)
     };
     let is_even = |forces: Vec<f64>| forces.iter().all(|force| (force - 0.5).abs() < 1e-6);
     for share in [6.0, -6.0] {
-        assert!(program(share).by_simplex().is_some_and(is_even), "{share}");
-        assert!(program(10.0 * share).by_interior_point().is_some_and(is_even), "{share}");
+        assert!(program(share, share).by_simplex().is_some_and(is_even), "{share}");
+        assert!(program(share, 0.0).by_simplex().is_some_and(is_even), "{share}");
+        let far = program(10.0 * share, share);
+        assert!(far.by_interior_point().is_some_and(is_even), "{share}");
     }
 }
 

@@ -8,6 +8,9 @@ use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 use super::*;
 use crate::check_robot::{randoms, robot, waypoint};
 use crate::kinematics::forward::Configuration;
+use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
+use crate::statics::simplex::Simplex;
+use crate::statics::sole_support::level_soles;
 
 /// Time and joint steps of the differences, s and rad or m.
 const STEP: f64 = 1e-3;
@@ -177,8 +180,10 @@ fn torques_do_the_work_of_all_forces() {
         // Three forces at points of each foot.
         let random = &mut randoms(seed + 100);
         let weight = case.model.mass() * GRAVITY;
+        // On one foot in some cases.
+        let limb = |index: usize| if seed % 4 == 0 { 0 } else { index % 2 };
         let at_foot: Vec<(usize, DVec3)> =
-            (0..6).map(|index| (index % 2, 0.3 * vector(random))).collect();
+            (0..6).map(|index| (limb(index), 0.3 * vector(random))).collect();
         let places = |configuration: &Configuration| -> Vec<DVec3> {
             let posture = case.posture(configuration);
             let place = |&(limb, at): &(usize, DVec3)| posture.world_from_link[1 + limb] * at;
@@ -257,4 +262,60 @@ fn the_zero_moment_point_is_where_a_force_acts_and_nothing_pulls() {
         let point = Wrench { force, ..wrench }.zero_moment_point(0.0);
         assert!(point.x.is_nan() && point.y.is_nan(), "{point}");
     }
+}
+
+/// The robot in a stride, whose arm moves, with weak hips of different strengths.
+fn on_both_feet(speed: f64) -> (RobotModel, Posture, InverseDynamics, Vec<Generator>) {
+    let mut model = robot();
+    (model.joints[0].effort, model.joints[1].effort) = (31.0, 57.0);
+    let mut at = waypoint(0.0, 0.7, 0.4);
+    at.q[..2].copy_from_slice(&[0.4, -0.2]);
+    at.joint_velocity[2..4].copy_from_slice(&[speed, -speed]);
+    at.joint_acceleration[2..4].copy_from_slice(&[2.0 * speed, speed]);
+    let posture = Posture::new(&model, &Configuration::of_waypoint(&at, 4));
+    let dynamics = InverseDynamics::new(&model, &posture, &at);
+    let generators = Equilibrium::new(0.6).generators(&level_soles(&model, &posture), ALL_FRICTION);
+    (model, posture, dynamics, generators)
+}
+
+fn largest_share(model: &RobotModel, torques: &[f64]) -> f64 {
+    let shares =
+        model.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort);
+    shares.fold(0.0, f64::max)
+}
+
+#[test]
+fn no_other_forces_load_the_joints_less() {
+    for speed in [0.0, 0.5] {
+        let (model, posture, dynamics, generators) = on_both_feet(speed);
+        let rows = dynamics.balance(&model, &generators);
+        let mut simplex = Simplex::at_vertex(&rows, &[]).unwrap();
+        let mut random = randoms(5);
+        let arms = largest_share(&model, &[&[0.0; 2], &dynamics.free[2..]].concat());
+        for share_max in [0.95, 1e-6] {
+            let torques = dynamics.torques(&model, &posture, &generators, share_max).unwrap();
+            let best = largest_share(&model, &torques);
+            // The arm's torques do not depend on the contacts.
+            assert_eq!(torques[2..], dynamics.free[2..]);
+            assert!(best >= arms - 1e-9);
+            let mut least = f64::INFINITY;
+            for _ in 0..200 {
+                let cost: Vec<f64> = generators.iter().map(|_| random(-1.0, 1.0)).collect();
+                let forces = simplex.minimise(&cost).unwrap();
+                let other = dynamics.torques_under(&model, &posture, (&generators, &forces));
+                least = least.min(largest_share(&model, &other));
+                // Both hips together carry the same, whichever foot does.
+                let sum = |torques: &[f64]| torques[0] + torques[1];
+                assert!((sum(&other) - sum(&torques)).abs() < 1e-3, "{torques:?} {other:?}");
+            }
+            assert!(least > best - 1e-6, "{least} {best}");
+        }
+    }
+}
+
+#[test]
+fn a_wrench_beyond_friction_has_no_torques() {
+    let (model, posture, mut dynamics, generators) = on_both_feet(0.0);
+    dynamics.contacts.force.x += model.mass() * GRAVITY;
+    assert_eq!(dynamics.torques(&model, &posture, &generators, 0.95), None);
 }

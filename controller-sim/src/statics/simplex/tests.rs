@@ -187,7 +187,8 @@ fn variables_that_begin_as_the_solution_of_their_row_change_nothing() {
             .map(|index| {
                 let slack = (0..height).map(|other| f64::from(u8::from(other == index)));
                 let row = (0..columns).map(|_| random(-2.0, 2.0)).chain(slack).collect();
-                (row, random(-1.0, 2.0))
+                // Some right sides are 0.
+                (row, random(-1.0, 2.0).floor() * random(0.5, 1.0))
             })
             .collect();
         let first: Vec<Option<usize>> = (0..height).map(|index| Some(columns + index)).collect();

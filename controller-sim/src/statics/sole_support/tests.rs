@@ -2,11 +2,12 @@ use glam::DQuat;
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
-use surefoot_shared_types::robot::model::LinkShape;
+use surefoot_shared_types::robot::model::{Foot, LinkShape};
 use surefoot_shared_types::world::world::WorldShape;
 
 use super::*;
 use crate::check_robot::{at, box_of, contact, randoms, robot, world};
+use crate::kinematics::forward::Posture;
 
 /// Distance by which the foot may be beside its pose in the standard configuration, m.
 fn shift_max() -> f64 {
@@ -24,6 +25,18 @@ fn only(shapes: Vec<(Pose, Shape)>) -> World {
 
 fn finder(world: &World) -> SupportFinder {
     SupportFinder::new(&robot(), world, &CheckerConfig::default()).unwrap()
+}
+
+/// The feet of a posture on level ground that carries their declared soles.
+pub fn level_soles(model: &RobotModel, posture: &Posture) -> Vec<SoleSupport> {
+    let support = |(limb, foot): (usize, &Foot)| {
+        let world_from_sole = posture.world_from_sole(model, limb);
+        let position = |at: &DVec2| world_from_sole * at.extend(0.0);
+        let points = foot.polygon.iter().map(position);
+        let points = points.map(|position| ContactPoint { position, normal: DVec3::Z }).collect();
+        SoleSupport { limb, area: polygon::area(&foot.polygon), deepest: 0.0, points }
+    };
+    model.feet.iter().enumerate().map(support).collect()
 }
 
 fn contact_at(pose: &Pose) -> Contact {
@@ -52,7 +65,7 @@ fn the_support_is_the_part_of_the_sole_that_is_surely_over_the_ground() {
     let mut compared = 0;
     for _ in 0..60 {
         // The ground ends along a line.
-        let heading = random(0.0, 6.28);
+        let heading = random(-3.0, 3.0);
         let outward = DVec2::new(libm::cos(heading), libm::sin(heading));
         let end = random(-0.05, 0.08);
         let rotation = turned(DVec3::Z, heading);
@@ -373,4 +386,61 @@ fn both_feet_are_measured_on_their_own_soles() {
     let areas = [0, 1].map(|limb| finder.find(&contact(limb), 0.8).area);
     assert!((areas[0] - 0.02).abs() < 2e-5 && (areas[1] - 0.01).abs() < 2e-5, "{areas:?}");
     assert_eq!(finder.undersides().len(), 2);
+}
+
+#[test]
+fn ribs_that_the_foot_may_miss_do_not_carry_on_a_slope_either() {
+    let tilt = turned(DVec3::Y, 3.5e-3);
+    let slope = |half: DVec3, place: DVec3| {
+        (Pose::from_parts(tilt * place, tilt), box_of(half.x, half.y, half.z))
+    };
+    // A block under the middle, ribs under both ends, and a floor 10 mm below.
+    let area = |rib_half: f64| {
+        let rib = |x: f64| slope(DVec3::new(rib_half, 0.5, 0.05), DVec3::new(x, 0.0, -0.05));
+        let block = slope(DVec3::new(0.03, 0.5, 0.05), DVec3::new(0.0, 0.0, -0.05));
+        let floor = slope(DVec3::new(0.5, 0.5, 0.1), DVec3::new(0.0, 0.0, -0.11));
+        let ground = only(vec![block, rib(-0.08), rib(0.08), floor]);
+        finder(&ground).find(&contact_at(&Pose::IDENTITY), 0.0).area
+    };
+    let (thin, wide) = (area(1.4e-3), area(6e-3));
+    assert!(thin > 0.004 && thin < 0.006 && wide > 0.013, "{thin} {wide}");
+}
+
+/// Samples of even ground 2 mm under a sole, and these on top of it: air, most air and place.
+fn samples_with(more: &[(f64, f64, DVec2)], is_carrying: bool) -> Vec<RaySample> {
+    let sample = |air: f64, most_air: f64, at: DVec2, is_carrying: bool| RaySample {
+        point: SolePoint { at, height: 0.0 },
+        air,
+        most_air,
+        normal: DVec3::Z,
+        gradient: DVec2::ZERO,
+        is_carrying,
+    };
+    let grid = (-20..=20).flat_map(|x| (-10..=10).map(move |y| (x, y)));
+    let even = grid.map(|(x, y)| DVec2::new(5e-3 * f64::from(x), 5e-3 * f64::from(y)));
+    let even = even.map(|at| sample(2e-3, 2e-3, at, true));
+    let more = more.iter().map(|&(air, most, at)| sample(air, most, at, is_carrying));
+    even.chain(more).collect()
+}
+
+#[test]
+fn a_sole_holds_where_it_touches_and_where_it_misses() {
+    let corners = [(-0.04, -0.02), (0.05, -0.01), (0.0, 0.03)].map(DVec2::from);
+    let raised = |air: f64, most: f64| corners.map(|at| (air, most, at));
+    let area = |samples: Vec<RaySample>| polygon::area(&certain_region(&samples, 0.0));
+    let triangle = polygon::area(&corners);
+    // What the foot touches surely is all that holds.
+    assert!((area(samples_with(&raised(0.0, 0.0), true)) - triangle).abs() < 1e-5);
+    // The foot may miss the three points and stand on the ground: both hold inside them.
+    assert!((area(samples_with(&raised(0.0, 2e-3), true)) - triangle).abs() < 1e-5);
+    // Points that hold nothing, whether they may be missed or not.
+    for most in [0.0, 2e-3] {
+        assert_eq!(area(samples_with(&raised(0.0, most), false)), 0.0);
+        assert_eq!(area(samples_with(&[(0.0, most, DVec2::ZERO)], true)), 0.0);
+        assert_eq!(area(samples_with(&raised(0.0, most)[..2], true)), 0.0);
+    }
+    assert!((area(samples_with(&[], true)) - 0.02).abs() < 1e-9);
+    let missing = raised(2e-3, f64::INFINITY);
+    assert!((area(samples_with(&missing, true)) - 0.02).abs() < 1e-9);
+    assert_eq!(area(Vec::new()), 0.0);
 }

@@ -82,7 +82,8 @@ fn the_share_on_the_foot_is_that_of_the_area() {
 
 #[test]
 fn a_sole_has_a_sample_near_each_of_its_points() {
-    for sole in [octagon(), robot().feet[0].polygon.clone()] {
+    let aside = [(0.31, 0.2), (0.35, 0.19), (0.4, 0.24), (0.33, 0.27)].map(DVec2::from).to_vec();
+    for sole in [octagon(), robot().feet[0].polygon.clone(), aside] {
         let (coarse, edges) = (coarse_points(&sole), edge_points(&sole));
         let inside = |at: &DVec2| polygon::margin(&sole, *at);
         assert!(coarse.iter().all(|at| inside(at) >= EDGE_INSET));
@@ -95,7 +96,8 @@ fn a_sole_has_a_sample_near_each_of_its_points() {
         };
         let mut random = randoms(1);
         for _ in 0..1_000 {
-            let point = DVec2::new(random(-0.11, 0.11), random(-0.06, 0.06));
+            let (low, high) = extent(&sole);
+            let point = DVec2::new(random(low.x, high.x), random(low.y, high.y));
             if inside(&point) >= 0.0 {
                 assert!(near(point) < 0.9 * SAMPLE_SPACING, "{point}: {}", near(point));
             }
