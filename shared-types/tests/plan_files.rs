@@ -184,6 +184,20 @@ fn a_saved_plan_loads_bit_for_bit() {
 }
 
 #[test]
+fn a_plan_with_a_byte_order_mark_is_read_and_a_cut_one_is_called_cut() {
+    let folder = Folder::new();
+    let plan = plan(&folder);
+    let path = folder.path("plan.json");
+    save(&plan, &path).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    folder.write("plan.json", format!("\u{feff}{text}").as_bytes());
+    assert_eq!(load_plan(&path).unwrap(), plan);
+    folder.write("plan.json", &text.as_bytes()[..text.len() / 2]);
+    let error = load_plan(&path).unwrap_err().to_string();
+    assert!(error.contains("as if it were cut"), "{error}");
+}
+
+#[test]
 fn a_plan_holds_its_robot_and_world() {
     let folder = Folder::new();
     let plan = plan(&folder);

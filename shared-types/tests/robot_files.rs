@@ -651,3 +651,44 @@ fn no_damage_panics() {
     check_no_panic("robot.toml", ROBOT.as_bytes(), load);
     check_no_panic("meshes/foot.obj", FOOT_OBJ.as_bytes(), load);
 }
+
+/// What a file of this content is refused with, in place of each text file of a robot.
+fn refusals(bytes: &[u8]) -> [String; 2] {
+    ["robot.toml", "stilts.urdf"].map(|file| {
+        let folder = Folder::new();
+        folder.write(file, bytes);
+        load_robot(&folder.path("robot.toml")).map(|_| ()).unwrap_err().to_string()
+    })
+}
+
+#[test]
+fn files_that_are_no_text_of_their_kind_are_called_what_they_are() {
+    let wide: Vec<u8> = ROBOT.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, expected) in [
+        (&b""[..], "is empty"),
+        (b" \n\r\n", "is empty"),
+        (&[b"\xff\xfe", &wide[..]].concat(), "is UTF-16 text; save it as UTF-8"),
+        (&wide, "is UTF-16 text; save it as UTF-8"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:4d\n", "git lfs pull"),
+        (b"\x1f\x8b\x08\0abc", "is a compressed file"),
+    ] {
+        for error in refusals(bytes) {
+            assert!(error.contains(expected) && error.lines().count() == 1, "{error}");
+        }
+    }
+    let [robot, urdf] = refusals(b"robot:\n  name: stilts\n");
+    assert!(robot.contains("robot.toml:1") && urdf.contains("is not XML"), "{robot} {urdf}");
+    let [robot, _] = refusals(b"<!DOCTYPE html><html>404</html>");
+    assert!(robot.contains("is a web page"), "{robot}");
+}
+
+#[test]
+fn a_link_that_leads_nowhere_is_named() {
+    for target in ["gone.toml", "robot.toml"] {
+        let folder = Folder::new();
+        std::fs::remove_file(folder.path("robot.toml")).unwrap();
+        std::os::unix::fs::symlink(target, folder.path("robot.toml")).unwrap();
+        let error = load_robot(&folder.path("robot.toml")).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(&format!("link to '{target}'")), "{error}");
+    }
+}

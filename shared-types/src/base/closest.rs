@@ -13,7 +13,11 @@ pub fn closest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&
 }
 
 /// A question for the file that was meant where there is none at `path`; empty if none is alike.
+/// A link that leads nowhere is named.
 pub(crate) fn question(path: &Path) -> String {
+    if let Ok(target) = path.read_link() {
+        return format!("; it is a link to '{}', which leads to no file", target.display());
+    }
     let is_there = |path: &&Path| path.as_os_str().is_empty() || path.exists();
     let Some(folder) = path.ancestors().skip(1).find(is_there) else { return String::new() };
     let missing = path.strip_prefix(folder).ok().and_then(|rest| rest.components().next());

@@ -23,6 +23,8 @@ pub(crate) enum FileKind {
     Mesh,
     Picture,
     Archive,
+    WebPage,
+    LfsPointer,
 }
 
 impl FileKind {
@@ -67,6 +69,8 @@ impl FileKind {
             '<' if holds("<robot") => Some(Self::Urdf),
             '<' if holds("<sdf") || holds("<mujoco") => Some(Self::OtherRobotFormat),
             '<' if holds("<COLLADA") => Some(Self::Mesh),
+            '<' if is_html(head) => Some(Self::WebPage),
+            'v' if head.starts_with("version https://git-lfs") => Some(Self::LfsPointer),
             '{' if holds("\"biped-plan/") => Some(Self::Plan),
             '{' if holds("\"outcome\"") && holds("\"scenario\"") => Some(Self::Report),
             _ => None,
@@ -100,6 +104,8 @@ impl FileKind {
             Self::Mesh => "a mesh",
             Self::Picture => "a picture",
             Self::Archive => "a compressed file",
+            Self::WebPage => "a web page",
+            Self::LfsPointer => "a Git LFS pointer",
         }
     }
 
@@ -117,6 +123,8 @@ impl FileKind {
             Self::Mesh => "name it in a world: mesh = { path = \"...\" }",
             Self::Picture => "'surefoot picture' writes such files, and none is read",
             Self::Archive => "decompress it first",
+            Self::WebPage => "download the file itself (raw), not the page that shows it",
+            Self::LfsPointer => "fetch the file itself (git lfs pull)",
         }
     }
 
@@ -130,6 +138,13 @@ impl FileKind {
             _ => error,
         }
     }
+}
+
+/// Whether a text begins as a web page does.
+fn is_html(head: &str) -> bool {
+    let begins =
+        |word: &str| head.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
+    begins("<!doctype html") || begins("<html")
 }
 
 #[cfg(test)]
@@ -147,6 +162,8 @@ mod tests {
             (b"<robot xmlns:xacro=\"x\">", Some(FileKind::Xacro)),
             (b"<sdf version=\"1.6\">", Some(FileKind::OtherRobotFormat)),
             (b"<COLLADA>", Some(FileKind::Mesh)),
+            (b"<!DOCTYPE HTML><html>", Some(FileKind::WebPage)),
+            (b"version https://git-lfs.github.com/spec/v1\n", Some(FileKind::LfsPointer)),
             (b"{\"schema\": \"biped-plan/1\"}", Some(FileKind::Plan)),
             (b"{\"outcome\": 1, \"scenario\": 2}", Some(FileKind::Report)),
             (b"\x89PNG\r\n", Some(FileKind::Picture)),

@@ -62,6 +62,7 @@ impl TextFile {
     ) -> Result<Self, InputError> {
         let bytes = if is_piped { read_open(path, bytes_max) } else { read_bytes(path, bytes_max) };
         let bytes = bytes.map_err(|message| InputError::file(path, message))?;
+        check_text(&bytes).map_err(|message| InputError::file(path, message))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             let line = line_at(valid, valid.len());
@@ -93,6 +94,19 @@ impl TextFile {
             kind.needed_instead(&self.path, self.text.as_bytes(), message)
         })
     }
+}
+
+/// Refuses bytes that are no text of one byte a letter, or none at all.
+fn check_text(bytes: &[u8]) -> Result<(), String> {
+    let has_utf16_mark = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+    let is_even_zero = |at: usize| bytes.iter().skip(at).step_by(2).take(8).all(|byte| *byte == 0);
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        return Err("is empty; copy or write it again".to_owned());
+    }
+    if has_utf16_mark || is_even_zero(0) || is_even_zero(1) {
+        return Err("is UTF-16 text; save it as UTF-8".to_owned());
+    }
+    Ok(())
 }
 
 /// Reads a regular file of at most `bytes_max` bytes.

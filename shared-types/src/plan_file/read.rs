@@ -23,8 +23,13 @@ const PLAN_BYTES_MAX: u64 = 1 << 30;
 /// increase; or the phases do not cover the waypoints in order.
 pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
     let source = TextFile::read(path, FileKind::Plan, PLAN_BYTES_MAX)?;
-    let plan: PlanFile = serde_json::from_str(&source.text).map_err(|error| {
-        let refused = InputError::file(path, error.to_string()).at_line(error.line());
+    let text = source.text.trim_start_matches('\u{feff}');
+    let plan: PlanFile = serde_json::from_str(text).map_err(|error| {
+        let message = match error.is_eof() {
+            true => "ends in the middle, as if it were cut; copy or export it again".to_owned(),
+            false => error.to_string(),
+        };
+        let refused = InputError::file(path, message).at_line(error.line());
         FileKind::Plan.needed_instead(path, source.text.as_bytes(), refused)
     })?;
     check_plan(&plan).map_err(|(element, message)| InputError::element(path, element, message))?;

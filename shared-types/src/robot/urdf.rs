@@ -49,8 +49,10 @@ pub(crate) fn read_urdf(path: &Path, complaints: &mut Vec<InputError>) -> Result
     let bytes = source.text.into_bytes();
     let source = TextFile { path: source.path, text: plain };
     let document = Document::parse(&source.text).map_err(|error| {
-        let refused = InputError::file(path, error.to_string());
-        let refused = refused.at_line(error.pos().row as usize);
+        let is_xml = source.text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
+        let not_xml = || "is not XML; a URDF begins with <robot name=\"...\">".to_owned();
+        let message = if is_xml { error.to_string() } else { not_xml() };
+        let refused = InputError::file(path, message).at_line(error.pos().row as usize);
         FileKind::Urdf.needed_instead(path, &bytes, refused)
     })?;
     let root = document.root_element();
