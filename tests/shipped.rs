@@ -103,9 +103,13 @@ fn completions_and_manual_pages_know_every_command() {
 
 #[test]
 fn the_viewer_is_run_by_python_or_the_message_says_how_to_get_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = ["plan", "ibeam_gap", "--quiet", "--export", "plan.json"];
+    assert_eq!(run_in(folder.path(), &plan).code, 0);
     let view = |interpreter: &str| {
         let mut command = surefoot(&["view", "plan.json", "--save", "walk.rrd"]);
-        finish(command.env("SUREFOOT_PYTHON", interpreter).spawn().unwrap())
+        command.current_dir(folder.path()).env("SUREFOOT_PYTHON", interpreter);
+        finish(command.spawn().unwrap())
     };
     let output = view("/nowhere/python3");
     assert_eq!(output.code, 2);

@@ -326,8 +326,8 @@ impl Planner {
         relaxation_stage::obstruction(&self.context, &self.search)
     }
 
-    /// Searches on where the relaxed problem shows that no plan is possible: for tests of what it
-    /// shows.
+    /// Leaves the relaxed problem out, what it shows and the coarse path that it gives: for tests
+    /// and measurements.
     pub fn search_on(&mut self) {
         self.stages.route.skip_relaxation();
     }

@@ -98,12 +98,13 @@ impl TextFile {
 
 /// Refuses bytes that are no text of one byte a letter, or none at all.
 fn check_text(bytes: &[u8]) -> Result<(), String> {
-    let has_utf16_mark = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
-    let is_even_zero = |at: usize| bytes.iter().skip(at).step_by(2).take(8).all(|byte| *byte == 0);
+    let has_mark = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+    let is_zero = |at: usize| bytes.iter().skip(at).step_by(2).take(8).all(|byte| *byte == 0);
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err("is empty; copy or write it again".to_owned());
     }
-    if has_utf16_mark || is_even_zero(0) || is_even_zero(1) {
+    // Of Latin letters one byte of two is 0; of the header of a binary file both may be.
+    if bytes.len() > 2 && (has_mark || is_zero(0) != is_zero(1)) {
         return Err("is UTF-16 text; save it as UTF-8".to_owned());
     }
     Ok(())

@@ -184,6 +184,7 @@ fn trial(
         planner.limit_work(arguments.work.min(variant.hole.work_max));
         if let Some(resort) = variant.without {
             planner.leave_out(resort);
+            planner.search_on();
         }
         Ok(planner)
     };
