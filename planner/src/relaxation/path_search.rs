@@ -78,7 +78,9 @@ impl PathSearch {
     /// Begins between two points on the ground.
     pub fn begin(&mut self, grid: &Grid, [start, goal]: [DVec3; 2]) {
         self.seen[..grid.columns()].fill(0);
-        (self.places.clear(), self.waiting.clear(), self.path.clear());
+        self.places.clear();
+        self.waiting.clear();
+        self.path.clear();
         (self.goal, self.activity) = (goal, Activity::Over);
         if let Some((column, level)) = grid.voxel_of(start) {
             self.activity = Activity::Searching;
