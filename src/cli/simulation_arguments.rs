@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::cli::values::whole_number;
 use clap::Args;
 use surefoot_controller_sim::{LATE_SHARE, LateChunks};
 use surefoot_shared_types::config::MotionKind;
+
+use crate::cli::values::whole_number;
 
 /// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;

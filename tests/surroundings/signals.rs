@@ -126,6 +126,22 @@ fn read_until(lines: &mut impl std::io::BufRead, end: &str) -> String {
     text
 }
 
+/// Runs a walk, whose events go to the standard error, until these say `milestone`; ends it.
+/// Returns its process and its report.
+fn ended_walk(folder: &Folder, options: &str, milestone: &str) -> (u32, Value) {
+    let command = format!("exec $S walk flat.toml {options} --json report.json 2>&1 >out.txt");
+    let mut child = folder.start(&command);
+    let mut lines = std::io::BufReader::new(child.stdout.take().unwrap());
+    let mut text = read_until(&mut lines, milestone);
+    send(child.id(), TERM);
+    std::io::Read::read_to_string(&mut lines, &mut text).unwrap();
+    let output = finish(child);
+    assert_eq!(output.code, 143, "{text}");
+    let report: Value = folder.json("report.json");
+    assert_eq!(report["outcome"], "interrupted");
+    (output.pid, report)
+}
+
 #[test]
 fn an_improvement_that_is_ended_leaves_the_best_plan() {
     let folder = Folder::new();
@@ -155,36 +171,15 @@ fn an_improvement_that_is_ended_leaves_the_best_plan() {
 #[test]
 fn a_walk_that_is_ended_while_its_plan_improves_reports_the_plan() {
     let folder = Folder::new();
-    let mut child = folder
-        .start("exec $S walk flat.toml --improve 1000000000000 --json report.json 2>&1 >out.txt");
-    let mut lines = std::io::BufReader::new(child.stdout.take().unwrap());
-    let mut text = read_until(&mut lines, "improving a plan");
-    send(child.id(), TERM);
-    std::io::Read::read_to_string(&mut lines, &mut text).unwrap();
-    let output = finish(child);
-    assert_eq!(output.code, 143, "{text}");
-    let report = folder.json("report.json");
-    assert_eq!(report["outcome"], "interrupted");
+    let (process, report) = ended_walk(&folder, "--improve 1000000000000", "improving a plan");
     assert!(report["digest"].is_string() && report["improved"]["stopped"] == true, "{report}");
-    assert_nothing_left(output.pid);
+    assert_nothing_left(process);
 }
 
 #[test]
 fn what_was_walked_is_reported_when_a_walk_is_ended() {
     let folder = Folder::new();
-    let mut child =
-        folder.start("exec $S walk flat.toml --rate 0.05 --json report.json 2>&1 >out.txt");
-    let mut lines = std::io::BufReader::new(child.stdout.take().unwrap());
-    let mut text = String::new();
-    while !text.contains("plan found") {
-        assert_ne!(std::io::BufRead::read_line(&mut lines, &mut text).unwrap(), 0, "{text}");
-    }
-    send(child.id(), TERM);
-    std::io::Read::read_to_string(&mut lines, &mut text).unwrap();
-    let output = finish(child);
-    assert_eq!(output.code, 143, "{text}");
-    let report = folder.json("report.json");
-    assert_eq!(report["outcome"], "interrupted");
+    let (_, report) = ended_walk(&folder, "--rate 0.05", "plan found");
     assert_eq!(report["chunks"]["lost"], 0, "{report}");
     assert!(report["digest"].is_string(), "{report}");
     let out = String::from_utf8(folder.read("out.txt")).unwrap();

@@ -329,7 +329,7 @@ impl Planner {
     /// Leaves the relaxed problem out, what it shows and the coarse path that it gives: for tests
     /// and measurements.
     pub fn search_on(&mut self) {
-        self.stages.route.skip_relaxation();
+        self.stages.route.skip_relaxation(&mut self.search);
     }
 
     /// Searches without one of the last resorts: for measurements of what it finds. To be called

@@ -34,9 +34,7 @@ pub(crate) struct RouteStage {
     is_crouching: bool,
     /// Whether a route along which the root leans is searched beside one that is known.
     is_leaning: bool,
-    /// Whether the relaxed problem is left out.
-    has_no_relaxation: bool,
-    /// Whether it is solved once more, legs included, or left out.
+    /// Whether the relaxed problem is solved once more, legs included, or left out.
     is_examined: bool,
     /// Whether a route waits for that.
     is_waiting: bool,
@@ -52,7 +50,6 @@ impl RouteStage {
             stance_width,
             is_crouching: false,
             is_leaning: false,
-            has_no_relaxation: false,
             is_examined: false,
             is_waiting: false,
             work_before_relaxation: WORK_BEFORE_RELAXATION,
@@ -65,8 +62,8 @@ impl RouteStage {
     }
 
     /// Leaves the relaxed problem out.
-    pub fn skip_relaxation(&mut self) {
-        (self.has_no_relaxation, self.is_examined) = (true, true);
+    pub fn skip_relaxation(&mut self, search: &mut Search) {
+        (search.guide.is_relaxed, self.is_examined) = (true, true);
     }
 
     /// Grows the trees of stage P, or chooses the crouch profile.
@@ -91,8 +88,7 @@ impl RouteStage {
         if self.begin_direct_steps(context, search) {
             return Ok(Event::Near);
         }
-        let is_relaxed =
-            self.has_no_relaxation || search.guide.is_relaxed || search.stats.routes > 0;
+        let is_relaxed = search.guide.is_relaxed || search.stats.routes > 0;
         let limit = if is_relaxed { budget } else { budget.min(self.work_before_relaxation) };
         if limit == 0 && budget > 0 {
             self.work_before_relaxation = WORK_BEFORE_RELAXATION;

@@ -54,7 +54,7 @@ pub(crate) struct GuideState {
     pub crouch: CrouchProfile,
     /// The routes beside it.
     pub live: LiveRoutes,
-    /// Whether the relaxed problem is solved.
+    /// Whether the relaxed problem is solved, or left out.
     pub is_relaxed: bool,
 }
 

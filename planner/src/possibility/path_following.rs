@@ -1,11 +1,12 @@
 //! The first branches of a search: the straight line to the goal, and the coarse path.
 
+use glam::DVec3;
+
 use crate::possibility::branch::{BranchEnd, BranchKind};
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::route_run::{Activity, Join};
 use crate::possibility::route_search::RouteSearch;
 use crate::possibility::tuning::LEG_OVERSHOOT;
-use glam::DVec3;
 
 impl RouteSearch {
     /// Begins a straight branch to the goal from the vertex nearest to it.

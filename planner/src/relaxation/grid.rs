@@ -8,8 +8,8 @@ use crate::relaxation::tuning::{CELL_MAX, CELL_MIN, COLUMNS_MAX, DISC_MAX};
 /// Voxels of a column.
 pub(crate) const LEVELS: usize = 64;
 
-/// The offsets of a column and of the eight around it.
-const AROUND: [[i32; 2]; 9] =
+/// The offsets of a column and of the eight around it, which come after it.
+pub(crate) const AROUND: [[i32; 2]; 9] =
     [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [1, -1], [-1, 1], [-1, -1]];
 
 /// The place of a grid. Columns have an index, voxels of a column a level.

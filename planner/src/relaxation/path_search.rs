@@ -7,15 +7,11 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use crate::base::arena::reserve;
-use crate::relaxation::grid::{Grid, levels};
+use crate::relaxation::grid::{AROUND, Grid, levels};
 use crate::relaxation::tuning::{
     CLIMB_COST, CLIMB_MAX, COLUMNS_MAX, GAP_COST, GOAL_DISTANCE, LEG_LENGTH_MAX, PLACES_MAX,
     PLACES_PER_UNIT, STRIDE_MAX,
 };
-
-/// Directions in which the path goes on.
-const DIRECTIONS: [[i32; 2]; 8] =
-    [[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]];
 
 /// Millimetres, the unit of costs.
 const PER_METRE: f64 = 1_000.0;
@@ -67,7 +63,7 @@ impl PathSearch {
         Self {
             places: reserve(PLACES_MAX),
             seen: vec![0; COLUMNS_MAX],
-            waiting: BinaryHeap::with_capacity(PLACES_MAX * DIRECTIONS.len()),
+            waiting: BinaryHeap::with_capacity(PLACES_MAX * (AROUND.len() - 1)),
             goal: DVec3::ZERO,
             activity: Activity::Over,
             found: reserve(PLACES_MAX),
@@ -135,7 +131,7 @@ impl PathSearch {
         if self.places.len() == PLACES_MAX {
             return self.activity = Activity::Over;
         }
-        for direction in DIRECTIONS {
+        for &direction in &AROUND[1..] {
             if let Some(next) = next_ground(grid, reached, at, direction)
                 && self.seen[next[0]] & 1 << next[1] == 0
             {
@@ -176,7 +172,7 @@ impl PathSearch {
         self.found.clear();
         let mut index = self.places.len() - 1;
         loop {
-            let Visit { column, level, parent, .. } = self.places[index];
+            let Visit { column, level, parent } = self.places[index];
             self.found.push(grid.center(column as usize, level as usize));
             if index == 0 {
                 break;

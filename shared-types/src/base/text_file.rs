@@ -11,6 +11,8 @@ use crate::base::input_error::InputError;
 
 /// Largest size of a robot, world, scenario or URDF file, bytes.
 pub(crate) const TEXT_BYTES_MAX: u64 = 64 << 20;
+/// The message about UTF-16 text.
+pub(crate) const IS_UTF16: &str = "is UTF-16 text; save it as UTF-8";
 /// Largest magnitude of a number in a file, in the number's unit.
 pub const NUMBER_MAX: f64 = 1e6;
 
@@ -98,16 +100,20 @@ impl TextFile {
 
 /// Refuses bytes that are no text of one byte a letter, or none at all.
 fn check_text(bytes: &[u8]) -> Result<(), String> {
-    let has_mark = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
     let is_zero = |at: usize| bytes.iter().skip(at).step_by(2).take(8).all(|byte| *byte == 0);
     if bytes.iter().all(u8::is_ascii_whitespace) {
         return Err("is empty; copy or write it again".to_owned());
     }
     // Of Latin letters one byte of two is 0; of the header of a binary file both may be.
-    if bytes.len() > 2 && (has_mark || is_zero(0) != is_zero(1)) {
-        return Err("is UTF-16 text; save it as UTF-8".to_owned());
+    if bytes.len() > 2 && (has_utf16_mark(bytes) || is_zero(0) != is_zero(1)) {
+        return Err(IS_UTF16.to_owned());
     }
     Ok(())
+}
+
+/// Whether bytes begin as UTF-16 text does: with a byte order mark.
+pub(crate) fn has_utf16_mark(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
 }
 
 /// Reads a regular file of at most `bytes_max` bytes.

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use roxmltree::{Document, Node};
 
 use crate::base::spatial::rotation_about;
-use crate::base::text_file::check_positive;
+use crate::base::text_file::{IS_UTF16, check_positive, has_utf16_mark};
 use crate::base::xml::plain_xml;
 use crate::mesh::collada_geometry::{Face, geometry_faces};
 use crate::mesh::collada_xml::{Ids, child, damaged, exactly, quoted};
@@ -21,8 +21,8 @@ const TRIANGLES_MAX: usize = 1 << 25;
 /// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does
 /// not count: ROS takes coordinates as they stand, and its robots rely on that.
 pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-        return Err("is UTF-16 text; save it as UTF-8".into());
+    if has_utf16_mark(bytes) {
+        return Err(IS_UTF16.into());
     }
     // Names in another encoding do no harm.
     let text = String::from_utf8_lossy(bytes);

@@ -7,6 +7,7 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
+use crate::base::text_file::{IS_UTF16, has_utf16_mark};
 use crate::mesh::raw_mesh::{MeshError, Welder};
 
 /// Words that state no surface: texture, normals, names, materials, lines and points, and what
@@ -61,8 +62,8 @@ struct Face {
 
 /// Reads a file.
 pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-        return Err("is UTF-16 text; save it as UTF-8".into());
+    if has_utf16_mark(bytes) {
+        return Err(IS_UTF16.into());
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
