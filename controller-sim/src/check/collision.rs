@@ -187,23 +187,12 @@ mod tests {
 
     use super::*;
     use crate::check::motion::{Change, SampledMotion, Spacing};
-    use crate::check_robot::{at, robot, waypoint, world};
+    use crate::check_robot::{at, mesh, robot, waypoint, world};
     use crate::kinematics::forward::Configuration;
-
-    /// A closed box as a mesh, 0.2 m wide.
-    fn block() -> Shape {
-        let corner = |i: u32| {
-            DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 0.2 - 0.1
-        };
-        let quads =
-            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let halves = |q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]];
-        let triangles = quads.iter().flat_map(halves).collect();
-        Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source: None }
-    }
 
     #[test]
     fn the_middle_of_a_link_may_not_lie_inside_a_closed_mesh() {
+        let block = || mesh([0.1; 3], 1);
         let inside = |place: Pose, shape: Shape| {
             let model = robot();
             let bodies = CollisionBody::of_robot(&model).unwrap();

@@ -358,6 +358,7 @@ pub fn overlap_violation(
 
 #[cfg(test)]
 mod tests {
+    use surefoot_shared_types::Shape;
     use surefoot_shared_types::message::Waypoint;
     use surefoot_shared_types::robot::model::RobotModel;
     use surefoot_shared_types::world::world::World;
@@ -365,8 +366,9 @@ mod tests {
     use super::*;
     use crate::check::allowed_pairs::self_pairs;
     use crate::check::tuning::DISTANCE_CAP;
-    use crate::check_robot::{at, box_of, randoms, robot, waypoint, world};
+    use crate::check_robot::{at, box_of, mesh, randoms, robot, waypoint, world};
     use crate::geometry::separation::separation;
+    use crate::geometry::solid::Solid;
 
     const PENETRATION_MAX: f64 = 2e-3;
     /// By how much distances may be smaller between the samples of a motion, m.
@@ -483,6 +485,64 @@ mod tests {
             );
         }
         assert!(clear > 15 && refused > 15, "{clear} {refused}");
+    }
+
+    /// A meshed slab whose top is at `height` (m), with a tower 0.5 m beside it, in one mesh.
+    fn slab_and_tower(height: f64) -> Shape {
+        let [slab, tower] = [mesh([0.3, 0.3, 0.1], 1), mesh([0.1, 0.1, 0.5], 1)];
+        let (Shape::Mesh { vertices, triangles, source }, Shape::Mesh { vertices: more, .. }) =
+            (slab, tower)
+        else {
+            unreachable!()
+        };
+        let below = DVec3::Z * (height - 0.1);
+        let beside = below + DVec3::X * 0.5;
+        let after = vertices.len() as u32;
+        let of_tower = triangles.iter().map(|corners| corners.map(|corner| corner + after));
+        Shape::Mesh {
+            triangles: triangles.iter().copied().chain(of_tower).collect(),
+            vertices: vertices
+                .iter()
+                .map(|at| *at + below)
+                .chain(more.iter().map(|at| *at + beside))
+                .collect(),
+            source,
+        }
+    }
+
+    #[test]
+    fn only_a_foot_stands_on_a_mesh_within_the_box_around_it() {
+        // The right sole, the robot's body 4, reaches so far into the slab. The boxes around both
+        // overlap by the sole's 40 mm.
+        let check = |depth: f64, change: &dyn Fn(&mut Scene) -> BodyPair| {
+            let stairs = world(vec![("stairs", Pose::IDENTITY, slab_and_tower(depth))]);
+            let mut scene = Scene::new(&stairs, false);
+            scene.robot[4].solid = Solid::new(&mesh([0.1, 0.05, 0.02], 1)).unwrap();
+            scene.pairs = vec![change(&mut scene)];
+            scene.checked(&[Configuration::of_waypoint(&waypoint(0.0, 0.0, 0.0), 4)])
+        };
+        let on_world =
+            |measured: bool| move |_: &mut Scene| BodyPair::new(4, OtherBody::World(1), measured);
+        check(3e-4, &on_world(false)).unwrap();
+        check(5e-3, &on_world(false)).unwrap_err();
+        check(3e-4, &on_world(true)).unwrap_err();
+        // A link of the robot is no ground either, also where it may be touched.
+        let on_robot = |scene: &mut Scene| {
+            let frame_from_solid = at(0.0, 0.0, -0.9);
+            scene.robot.push(CollisionBody {
+                link: Some(0),
+                frame_from_solid,
+                ..scene.world[1].clone()
+            });
+            let bodies = (4, scene.robot.len() - 1);
+            BodyPair::of_robot(&SelfPair {
+                bodies,
+                standing_depth: 1e-3,
+                depth_max: 1e-3,
+                walked: vec![],
+            })
+        };
+        check(3e-4, &on_robot).unwrap_err();
     }
 
     #[test]
