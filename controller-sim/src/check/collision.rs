@@ -8,9 +8,7 @@ use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::base::comparison::is_at_most;
 use crate::check::allowed_pairs::SelfPair;
-use crate::check::continuous_collision::{
-    BodyPair, ContinuousCollision, OtherBody, overlap_violation,
-};
+use crate::check::continuous_collision::{BodyPair, ContinuousCollision, overlap_violation};
 use crate::check::motion::Sample;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::{Case, Violation};
@@ -30,7 +28,6 @@ pub struct CollisionModel {
     robot: Vec<CollisionBody>,
     world: Vec<CollisionBody>,
     world_poses: Vec<SolidPose>,
-    lever_arms: Vec<LeverArms>,
     self_pairs: Vec<BodyPair>,
     world_pairs: Vec<BodyPair>,
 }
@@ -43,16 +40,17 @@ impl CollisionModel {
         robot: Vec<CollisionBody>,
         world: Vec<CollisionBody>,
     ) -> Self {
-        let lever_arms = robot.iter().map(|body| LeverArms::new(model, body)).collect();
-        let self_pairs = pairs.iter().map(BodyPair::of_robot).collect();
+        let lever_arms: Vec<LeverArms> =
+            robot.iter().map(|body| LeverArms::new(model, body)).collect();
+        let self_pairs = pairs.iter().map(|pair| BodyPair::of_robot(pair, &lever_arms)).collect();
         let is_foot =
             |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
         let world_pairs = (0..robot.len()).flat_map(|i| (0..world.len()).map(move |k| (i, k)));
         let world_pairs = world_pairs
-            .map(|(i, k)| BodyPair::new(i, OtherBody::World(k), !is_foot(robot[i].link)))
+            .map(|(i, k)| BodyPair::of_world((i, &lever_arms[i]), k, !is_foot(robot[i].link)))
             .collect();
         let world_poses = world.iter().map(|body| SolidPose::new(body, &Pose::IDENTITY)).collect();
-        Self { robot, world, world_poses, lever_arms, self_pairs, world_pairs }
+        Self { robot, world, world_poses, self_pairs, world_pairs }
     }
 
     /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which
@@ -117,7 +115,6 @@ impl CollisionModel {
             robot: &self.robot,
             world: &self.world,
             world_poses: &self.world_poses,
-            lever_arms: &self.lever_arms,
             pairs,
             check,
             penetration_max,
