@@ -60,7 +60,7 @@ impl WalkSettings<'_> {
     /// Walks the scenario without faults.
     pub(crate) fn undisturbed(&self) -> Result<Undisturbed, CommandError> {
         let mut child = self.start(&Disturbances::default())?;
-        let code = wait(&mut child, &mut Story::new());
+        let code = wait(&mut child, &mut FaultLog::new());
         let report = self.read_report();
         match (code, report["chunks"]["accepted"].as_u64()) {
             (Some(0), Some(chunks)) => Ok(Undisturbed { digest: report["digest"].clone(), chunks }),
@@ -89,9 +89,9 @@ impl WalkSettings<'_> {
         let mut child = self.start(&disturbances)?;
         let name = format!("walk-{}", child.id());
         let before = *faults;
-        let mut story = Story::new();
-        let walked = inject(&mut child, &name, random, (faults, &mut story));
-        let code = wait(&mut child, &mut story);
+        let mut log = FaultLog::new();
+        let walked = inject(&mut child, &name, random, (faults, &mut log));
+        let code = wait(&mut child, &mut log);
         let known = *harm;
         harm.left_over += traces::left_over(&name).len() as u64;
         let is_forged = faults.messages > before.messages;
@@ -112,7 +112,7 @@ impl WalkSettings<'_> {
         }
         if *harm != known {
             let Disturbances { disturb, late } = disturbances;
-            let (events, error) = (story.events.join(", "), self.error_text());
+            let (events, error) = (log.events.join(", "), self.error_text());
             terminal::print_note(&format!(
                 "{name} (disturb {disturb:?}, late {late:?}) ends with {code:?}: {error}\n  {events}"
             ));
@@ -179,13 +179,13 @@ fn compare(
     }
 }
 
-/// What a walk suffers, to be told if it comes to harm.
-struct Story {
+/// What a walk suffers, reported if it comes to harm.
+struct FaultLog {
     watch: Stopwatch,
     events: Vec<String>,
 }
 
-impl Story {
+impl FaultLog {
     /// Begins now.
     fn new() -> Self {
         Self { watch: Stopwatch::start(), events: Vec::new() }
@@ -205,7 +205,7 @@ fn inject(
     child: &mut Child,
     name: &str,
     random: &mut Random,
-    (faults, story): (&mut Faults, &mut Story),
+    (faults, log): (&mut Faults, &mut FaultLog),
 ) -> Option<(u64, bool)> {
     let mut forger = None;
     for _ in 0..FAULTS_MAX {
@@ -224,32 +224,28 @@ fn inject(
         match random.below(9) {
             0..=2 => {
                 let has_killed = signal(child, role, libc::SIGKILL);
-                story.count(has_killed, &mut faults.kills, &format!("{role} killed"));
+                log.count(has_killed, &mut faults.kills, &format!("{role} killed"));
             }
             3 | 4 => {
                 let has_stopped = signal(child, role, libc::SIGSTOP);
                 std::thread::sleep(Duration::from_millis(random.below(STOP_MILLIS_MAX)));
                 signal(child, role, libc::SIGCONT);
-                story.count(
-                    has_stopped,
-                    &mut faults.stops,
-                    &format!("{role} went on after a stop"),
-                );
+                log.count(has_stopped, &mut faults.stops, &format!("{role} went on after a stop"));
             }
             5 if random.below(4) == 0 => {
                 let process = libc::pid_t::try_from(child.id()).unwrap_or(libc::pid_t::MAX);
                 let has_interrupted = traces::signal(process, libc::SIGINT);
-                story.count(has_interrupted, &mut faults.interrupts, "interrupted");
+                log.count(has_interrupted, &mut faults.interrupts, "the walk interrupted");
             }
             _ => {
                 let forged = forger.as_ref().and_then(|forger| forger.disturb(random));
                 let event = forged.unwrap_or_default();
-                story.count(forged.is_some(), &mut faults.messages, event);
+                log.count(forged.is_some(), &mut faults.messages, event);
             }
         }
     }
     let mut forger = forger?;
-    while is_running(child) && story.watch.seconds() < WALK_SECONDS_MAX {
+    while is_running(child) && log.watch.seconds() < WALK_SECONDS_MAX {
         forger.listen_for(Duration::from_millis(5));
     }
     forger.walked()
@@ -265,10 +261,10 @@ fn is_running(child: &mut Child) -> bool {
 
 /// Waits for the end of a walk; returns its exit code, or kills it [`WALK_SECONDS_MAX`] after its
 /// start.
-fn wait(child: &mut Child, story: &mut Story) -> Option<i32> {
+fn wait(child: &mut Child, log: &mut FaultLog) -> Option<i32> {
     while is_running(child) {
-        if story.watch.seconds() > WALK_SECONDS_MAX {
-            story.events.push(format!("at the end: {}", traces::family_of(child.id())));
+        if log.watch.seconds() > WALK_SECONDS_MAX {
+            log.events.push(format!("at the end: {}", traces::family_of(child.id())));
             // Fails only if it has just ended.
             let _ = child.kill();
             let _ = child.wait();
