@@ -36,7 +36,6 @@ except ImportError as error:
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRATCH = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "mutants"
-TREE = SCRATCH / "tree"
 # Tests shorter than this (s) run together in one process.
 SHORT = 0.05
 # A mutant's tests may take this much more processor time than without it, and s more. Deadlocks
@@ -67,6 +66,24 @@ pub fn any(first: u32, count: u32) -> bool {
 #[inline(always)]
 pub fn on(mutant: u32) -> bool {
     any(mutant, 1)
+}
+
+/// An iterator of one of two types, for functions that return `impl Iterator`.
+#[derive(Clone)]
+pub enum Either<L, R> {
+    Left(L),
+    Right(R),
+}
+
+impl<L: Iterator<Item = R::Item>, R: Iterator> Iterator for Either<L, R> {
+    type Item = R::Item;
+
+    fn next(&mut self) -> Option<R::Item> {
+        match self {
+            Either::Left(left) => left.next(),
+            Either::Right(right) => right.next(),
+        }
+    }
 }
 
 #[cold]
@@ -108,6 +125,11 @@ def listed(crate, folders):
         fail(f"cargo mutants --list: {error.stderr}")
     mutants = json.loads(found.stdout)
     return [mutant for mutant in mutants if not is_left_out(mutant)]
+
+
+def tree_of(crate):
+    """Where the copy of a crate stands, among links to the rest of the workspace."""
+    return SCRATCH / "trees" / crate
 
 
 def package(crate):
@@ -167,13 +189,7 @@ class Source:
         first, genre = group[0][0], mutants[0]["genre"]
         span = self.range(mutants[0])
         if genre == "FnValue":
-            body = self.node(span, ("block",))
-            if self.is_constant(body) or "impl " in mutants[0]["function"]["return_type"]:
-                return False
-            for number, mutant in group:
-                self.single.append((span[0], number, "if crate::mutant_switch::on(%d) { " % number,
-                                    f"return {mutant['replacement']};", " }\n"))
-            return True
+            return self.add_value(group, span)
         if genre == "MatchArm":
             pattern = self.node(span, ("match_arm",)).child_by_field_name("pattern")
             self.single.append(
@@ -197,6 +213,24 @@ class Source:
         mutated = [(number, text[start:s] + mutant["replacement"].encode() + text[e:end])
                    for number, mutant in group for s, e in [self.range(mutant)]]
         self.around.append((start, end, first, len(group), mutated))
+        return True
+
+    def add_value(self, group, span):
+        """As `add`, for mutants that replace the body of a function."""
+        body = self.node(span, ("block",))
+        kind = group[0][1]["function"]["return_type"].removeprefix("-> ")
+        replacements = [(number, mutant["replacement"]) for number, mutant in group]
+        if self.is_constant(body) or "impl " in kind and not is_iterator(kind, replacements, body):
+            return False
+        for number, replacement in replacements:
+            before, value, after = f"if crate::mutant_switch::on({number}) {{ ", replacement, " }\n"
+            if "impl " in kind:
+                before += "crate::mutant_switch::Either::Left("
+                after = ") } else { crate::mutant_switch::Either::Right({\n"
+                self.single.append((span[1], number, "\n}) }", "", ""))
+            else:
+                value = f"return {value};"
+            self.single.append((span[0], number, before, value, after))
         return True
 
     def written(self, module):
@@ -239,6 +273,12 @@ class Source:
         return bytes(out), ranges
 
 
+def is_iterator(kind, replacements, body):
+    """Whether a function's value can be one of two iterators."""
+    is_plain = kind.startswith("impl Iterator") and b"return" not in body.text
+    return is_plain and not any("leak" in value for _, value in replacements)
+
+
 def has_let(node):
     """Whether a condition binds a name."""
     is_let = node.type in ("let_condition", "let_chain")
@@ -249,7 +289,7 @@ class Crate:
     """The copy of the crate with the switches of its mutants."""
 
     def __init__(self, crate, mutants):
-        self.crate, self.mutants = crate, mutants
+        self.crate, self.mutants, self.tree = crate, mutants, tree_of(crate)
         # Mutants that do not compile, with the message, and those that cannot be switched.
         self.unviable, self.unswitched = {}, set()
         # Where mutants stand in the copy's files.
@@ -257,14 +297,14 @@ class Crate:
         self.copy()
 
     def copy(self):
-        TREE.mkdir(parents=True, exist_ok=True)
+        self.tree.mkdir(parents=True, exist_ok=True)
         for entry in ROOT.iterdir():
-            there = TREE / entry.name
+            there = self.tree / entry.name
             if entry.name in (self.crate, "target", ".git", "Cargo.lock") or there.is_symlink():
                 continue
             there.symlink_to(entry)
-        shutil.copyfile(ROOT / "Cargo.lock", TREE / "Cargo.lock")
-        home = TREE / self.crate
+        shutil.copyfile(ROOT / "Cargo.lock", self.tree / "Cargo.lock")
+        home = self.tree / self.crate
         for path in sorted((ROOT / self.crate).rglob("*")):
             if path.is_file():
                 write(home / path.relative_to(ROOT / self.crate), path.read_bytes())
@@ -291,9 +331,9 @@ class Crate:
         for file, source in sources.items():
             text, self.ranges[file] = source.written(file == main)
             self.ranges[file].sort()
-            write(TREE / file, text)
+            write(self.tree / file, text)
         count = f"const COUNT: usize = {len(self.mutants)};\n"
-        write(TREE / self.crate / "src" / "mutant_switch.rs",
+        write(self.tree / self.crate / "src" / "mutant_switch.rs",
               SWITCH.replace("static ACTIVE", count + "static ACTIVE").encode())
 
     def build(self):
@@ -321,7 +361,7 @@ class Crate:
                        "RUSTFLAGS": os.environ.get("RUSTFLAGS", "") + " --cap-lints warn"}
         if not os.environ.get("RUSTFLAGS"):
             environment.pop("RUSTFLAGS")
-        done = subprocess.run(command, cwd=TREE, capture_output=True, text=True, env=environment)
+        done = subprocess.run(command, cwd=self.tree, capture_output=True, text=True, env=environment)
         messages = [json.loads(line) for line in done.stdout.splitlines() if line[:1] == "{"]
         errors = [message["message"] for message in messages
                   if message["reason"] == "compiler-message"
@@ -375,7 +415,7 @@ class Tests:
     """All tests, how long each takes, and which mutants it reaches."""
 
     def __init__(self, crate, programs):
-        self.folder = TREE / crate
+        self.folder = tree_of(crate) / crate
         self.seconds, self.reached = {}, collections.defaultdict(list)
         record = SCRATCH / "reached"
         for program in programs:

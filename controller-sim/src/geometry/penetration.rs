@@ -161,7 +161,7 @@ fn signed_depth(solid: &Solid, point: DVec3, needed: f64) -> f64 {
 /// negative outside, and there no further from 0 than the distance.
 fn depth_in_convex(convex: &Convex, point: DVec3) -> f64 {
     match &convex.core {
-        Core::Box(half) => (*half - point.abs()).min_element() + convex.radius,
+        Core::Box(half) => (*half - point.abs()).min_element(),
         Core::Segment(half_length) => {
             let nearest = DVec3::new(0.0, 0.0, point.z.clamp(-half_length, *half_length));
             convex.radius - point.distance(nearest)
@@ -169,7 +169,7 @@ fn depth_in_convex(convex: &Convex, point: DVec3) -> f64 {
         Core::Cylinder { radius, half_length } => {
             (radius - point.truncate().length()).min(half_length - point.z.abs())
         }
-        Core::Hull(hull) => hull.depth(point) + convex.radius,
+        Core::Hull(hull) => hull.depth(point),
         // A triangle has no inside.
         Core::Triangle(_) => f64::NEG_INFINITY,
     }

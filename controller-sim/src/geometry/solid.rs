@@ -60,7 +60,7 @@ fn furthest(points: &[DVec3], direction: DVec3) -> DVec3 {
 pub struct Convex {
     /// The sharp part.
     pub core: Core,
-    /// The distance by which the solid extends beyond its core, m.
+    /// The distance by which the solid extends beyond its core, m; 0 unless that is a segment.
     pub radius: f64,
 }
 
@@ -144,14 +144,45 @@ impl Solid {
             points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max)
         };
         match self {
-            Self::Convex(Convex { core: Core::Hull(hull), radius }) => {
-                furthest(hull.points()) + radius
-            }
+            Self::Convex(Convex { core: Core::Hull(hull), .. }) => furthest(hull.points()),
             Self::Convex(_) => {
                 let bounds = self.local_bounds();
                 (bounds.low - centre).abs().max((bounds.high - centre).abs()).length()
             }
             Self::Mesh(mesh) => furthest(mesh.surface.vertices()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check_robot::{box_of, mesh, randoms};
+
+    #[test]
+    fn no_point_of_a_solid_is_further_than_its_reach() {
+        let mut random = randoms(6);
+        let mut vector = || DVec3::from_array([0; 3].map(|_| random(-0.4, 0.4)));
+        let hull = |points: Vec<DVec3>| Shape::ConvexHull { points, source: None };
+        let shapes = [
+            (box_of(0.1, 0.2, 0.3), 1.0),
+            (mesh([0.1, 0.2, 0.3], 2), 1.0),
+            (hull((0..12).map(|_| vector()).collect()), 1.0),
+            (Shape::Sphere { radius: 0.2 }, 0.55),
+            (Shape::Capsule { radius: 0.1, half_length: 0.2 }, 0.75),
+            (Shape::Cylinder { radius: 0.1, half_length: 0.2 }, 0.75),
+        ];
+        for ((shape, exact), _) in shapes.iter().flat_map(|shape| (0..8).map(move |k| (shape, k))) {
+            let (solid, centre) = (Solid::new(shape).unwrap(), vector());
+            let points: Vec<DVec3> = match &solid {
+                Solid::Convex(convex) => convex.surface().into_iter().flatten().collect(),
+                Solid::Mesh(mesh) => mesh.surface.vertices().to_vec(),
+            };
+            let furthest = points.iter().map(|at| at.distance(centre)).fold(0.0, f64::max);
+            let reach = solid.reach_from(centre);
+            assert!(furthest <= reach + 1e-12, "{shape:?} {centre}: {furthest} {reach}");
+            // The box around a round solid reaches further.
+            assert!(furthest >= exact * reach - 1e-12, "{shape:?} {centre}: {furthest} {reach}");
         }
     }
 }
