@@ -90,6 +90,11 @@ impl<'a> TimedMotion<'a> {
         Self { robot, path, timed, last: None }
     }
 
+    /// Shortest time in which the robot brakes or goes on, s.
+    pub fn ramp_seconds_min(&self) -> f64 {
+        self.robot.ramp_seconds_min()
+    }
+
     /// Whether the zero-moment point keeps the controller's margin at a time while plan time passes
     /// like this.
     pub fn is_upright(&mut self, time: f64, at: &PlanTime) -> bool {

@@ -97,6 +97,11 @@ impl TimedRobot {
         }
     }
 
+    /// Shortest time in which it brakes or goes on, s.
+    pub(super) fn ramp_seconds_min(&self) -> f64 {
+        self.limits.ramp_seconds_min
+    }
+
     /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
     pub(super) fn span_contacts<'a>(&self, span: &'a PathSpan, extra: f64) -> SpanContacts<'a> {
         SpanContacts {

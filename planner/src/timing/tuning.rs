@@ -73,8 +73,6 @@ pub(crate) const SLOW_DOWNS_MAX: usize = 14;
 pub(crate) const SLOW_DOWN: f64 = 0.7;
 /// How much slower than needed a profile becomes where it is beyond the limits.
 pub(crate) const SLOWER: f64 = 0.995;
-/// The shortest braking ramp, s.
-pub(crate) const RAMP_SHORTEST: f64 = 0.2;
 /// The ratio of a ramp's duration to that of the next shorter one tried.
 pub(crate) const RAMP_STEP: f64 = 1.12;
 /// Durations of ramps tried, at most.
