@@ -417,7 +417,7 @@ class Tests:
     def __init__(self, crate, programs):
         self.folder = tree_of(crate) / crate
         self.seconds, self.reached = {}, collections.defaultdict(list)
-        record = SCRATCH / "reached"
+        record = tree_of(crate) / "reached"
         for program in programs:
             names = self.run(program, ["--list", "--format", "terse"], {}, 60)[1].splitlines()
             for name in (line[:-6] for line in names if line.endswith(": test")):
