@@ -131,14 +131,14 @@ mod tests {
         };
         let [lower, _] = kept_bent(leaning);
         assert!((leaning.straight_position(ENDS) + STRAIGHT_MARGIN - lower).abs() < 1e-12);
-        let straightened = |q: f64| (leaning.motion(q) * ENDS[1]).length();
+        let reach_at = |q: f64| (leaning.motion(q) * ENDS[1]).length();
         let straight = lower - STRAIGHT_MARGIN;
-        assert!(straightened(straight) > straightened(straight + 0.01));
-        assert!(straightened(straight) > straightened(straight - 0.01));
+        assert!(reach_at(straight) > reach_at(straight + 0.01));
+        assert!(reach_at(straight) > reach_at(straight - 0.01));
     }
 
     #[test]
-    fn a_knee_that_bends_either_way_or_never_straightens_keeps_its_range() {
+    fn a_knee_that_bends_either_way_or_never_is_straight_keeps_its_range() {
         assert_eq!(kept_bent(knee(DVec3::Y, -1.0, 1.0)), [-1.0, 1.0]);
         assert_eq!(kept_bent(knee(DVec3::Y, 0.1, 2.6)), [0.1, 2.6]);
     }
