@@ -38,11 +38,11 @@ fn now() -> Instant {
     Instant::now()
 }
 
-/// A walk of four steps.
-fn scenario(folder: &Path) -> PathBuf {
+/// A walk of four steps, planned with a seed.
+fn scenario(folder: &Path, seed: u64) -> PathBuf {
     let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let text = format!(
-        "robot = \"{configs}/robots/hubo/robot.toml\"\nworld = \"{configs}/worlds/flat_walk.toml\"\n\
+        "seed = {seed}\nrobot = \"{configs}/robots/hubo/robot.toml\"\nworld = \"{configs}/worlds/flat_walk.toml\"\n\
          [start]\nxyz = [0.5, 0.0, 0.0]\n[goal]\nxyz = [0.9, 0.0, 0.0]\n",
         configs = configs.display()
     );
@@ -85,7 +85,6 @@ fn read(observer: &Observer, reads_points: bool) -> Received {
     let mut received = Received::default();
     let begin = now();
     loop {
-        assert!(begin.elapsed() < WAIT_MAX, "the walk does not end");
         let is_attended = observer.publisher_count() > 0;
         while observer.feedback().unwrap().is_some() {}
         received.description = observer.description().unwrap().or(received.description);
@@ -101,6 +100,13 @@ fn read(observer: &Observer, reads_points: bool) -> Received {
             received.missed = observer.missed_chunks();
             return received;
         }
+        assert!(
+            begin.elapsed() < WAIT_MAX,
+            "no end: {} chunks, {} set-points; planner or controller there: {is_attended}; all \
+             set-points played: {is_played}",
+            received.chunks.len(),
+            received.points.len()
+        );
         std::thread::sleep(PAUSE);
     }
 }
@@ -192,12 +198,23 @@ impl Drop for Reader {
 
 #[test]
 fn all_readers_of_a_walk_receive_it_and_do_not_change_it() {
+    walk_with_all_readers(1);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn all_readers_of_fifty_walks_receive_them_and_do_not_change_them() {
+    (1..=50).for_each(walk_with_all_readers);
+}
+
+fn walk_with_all_readers(seed: u64) {
     let folder = tempfile::tempdir().unwrap();
-    let file = scenario(folder.path());
+    let file = scenario(folder.path(), seed);
     let file = file.to_str().unwrap();
-    let alone = finish(surefoot(&["plan", file, "--quiet", "--json", "-"]).spawn().unwrap());
+    let plan = ["plan", file, "--quiet", "--json", "-"];
+    let alone = finish(surefoot(&plan).spawn().unwrap());
     assert_eq!(alone.code, 0, "{}", alone.err);
-    let name = format!("test-readers-{}", std::process::id());
+    let name = format!("test-readers-{seed}-{}", std::process::id());
     let instance = Instance::create(&name).unwrap();
     let observer = Observer::open(&instance).unwrap();
     let sample = ["sample", "--instance", &name, "--hz", "100", "--rate", "40", "--ros"];
@@ -209,8 +226,7 @@ fn all_readers_of_a_walk_receive_it_and_do_not_change_it() {
     });
     let ros = ros_reader(&name).map(Reader::start);
     let control = surefoot(&["control", file, "--instance", &name]).spawn().unwrap();
-    let plan = ["plan", file, "--quiet", "--json", "-", "--instance", &name];
-    let plan = surefoot(&plan).spawn().unwrap();
+    let plan = surefoot(&[&plan[..], &["--instance", &name]].concat()).spawn().unwrap();
     let received = read(&observer, true);
     let (controlled, planned) = (finish(control), finish(plan));
     assert_eq!((controlled.code, planned.code), (0, 0), "{}{}", controlled.err, planned.err);
@@ -275,7 +291,7 @@ fn check_points(received: &Received) {
 #[test]
 fn set_points_state_the_contact_wrenches_where_asked() {
     let folder = tempfile::tempdir().unwrap();
-    let file = scenario(folder.path());
+    let file = scenario(folder.path(), 1);
     let file = file.to_str().unwrap();
     let name = format!("test-loads-{}", std::process::id());
     let instance = Instance::create(&name).unwrap();
@@ -302,7 +318,7 @@ fn set_points_state_the_contact_wrenches_where_asked() {
 #[test]
 fn a_late_reader_of_a_serving_controller_learns_the_joints() {
     let folder = tempfile::tempdir().unwrap();
-    let file = scenario(folder.path());
+    let file = scenario(folder.path(), 1);
     let name = format!("test-late-reader-{}", std::process::id());
     let mut control =
         surefoot(&["control", file.to_str().unwrap(), "--serve", "--instance", &name]);

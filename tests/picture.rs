@@ -108,6 +108,8 @@ fn plan() -> PlanFile {
         velocity: vec![],
         acceleration: vec![],
         torque: vec![],
+        rest_torque: vec![],
+        rate_change_torque: vec![],
     };
     let contact = |foot: &str, x: f64, y: f64| ContactBlock {
         foot: foot.into(),

@@ -27,8 +27,8 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::{Interpolation, Ramp, Waypoint};
-use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::message::{Contact, Interpolation, Ramp, Waypoint};
+use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 const FRICTION: f64 = 0.6;
 const SHARE: f64 = 0.8;
@@ -186,18 +186,41 @@ impl<'a> Instant<'a> {
         speeds.map(|(joint, speed)| speed.abs() / (SHARE * joint.velocity)).fold(0.0, f64::max)
     }
 
+    /// The torque that a joint needs in single support.
+    fn torque(&self, contact: &Contact, joint: usize) -> f64 {
+        let chain = self.model.chain(self.model.feet[contact.limb as usize].link);
+        let origin = self.waypoint.world_from_root().translation;
+        let (force, moment) = (self.effort.force, self.effort.moment);
+        let load = self.frames.torque_of_wrench(joint, force, moment, origin);
+        self.effort.torques[joint] - if chain.contains(&joint) { load } else { 0.0 }
+    }
+
     /// The largest share of a joint's torque that is used in single support.
     fn torque_use(&self) -> f64 {
         let [contact] = self.span.contacts.as_slice() else { return 0.0 };
-        let chain = self.model.chain(self.model.feet[contact.limb as usize].link);
-        let origin = self.waypoint.world_from_root().translation;
-        let uses = self.model.joints.iter().enumerate().map(|(index, joint)| {
-            let (force, moment) = (self.effort.force, self.effort.moment);
-            let load = self.frames.torque_of_wrench(index, force, moment, origin);
-            let load = if chain.contains(&index) { load } else { 0.0 };
-            (self.effort.torques[index] - load).abs() / (SHARE * joint.effort)
+        let joints = self.model.joints.iter().enumerate();
+        let use_of = |(index, joint): (usize, &Joint)| {
+            self.torque(contact, index).abs() / (SHARE * joint.effort)
+        };
+        joints.map(use_of).fold(0.0, f64::max)
+    }
+
+    /// How far the feed-forward is from the torque that a joint needs in single support, as a share
+    /// of its limit. In double support, how far its power is from that of the motion, as a share of
+    /// the weight at 1 m/s.
+    fn feed_forward_error(&self) -> f64 {
+        let Waypoint { root_velocity, joint_velocity, torque, .. } = self.waypoint;
+        if let [contact] = self.span.contacts.as_slice() {
+            let error = |(index, joint): (usize, &Joint)| {
+                (torque[index] - self.torque(contact, index)).abs() / joint.effort
+            };
+            return self.model.joints.iter().enumerate().map(error).fold(0.0, f64::max);
+        }
+        let v = std::array::from_fn(|index| {
+            if index < 6 { root_velocity[index] } else { joint_velocity[index - 6] }
         });
-        uses.fold(0.0, f64::max)
+        let given: f64 = torque.iter().zip(joint_velocity).map(|(torque, v)| torque * v).sum();
+        (power(&self.effort, &v) - given).abs() / (self.model.mass() * 9.81)
     }
 
     /// The share of the friction pyramid that is used on level ground.
@@ -496,6 +519,8 @@ fn every_chunk_holds_a_stop_within_the_limits() {
                     let margin = instant.pressure_margin();
                     assert!(margin >= 0.016, "{ramp:?} {tick} {margin}");
                     assert!(instant.torque_use() <= 1.01 && instant.speed_use() <= 1.0);
+                    let error = instant.feed_forward_error();
+                    assert!(error < 0.01, "{ramp:?} {tick}: {error}");
                 }
             }
             brake_after = stop.brake_at;

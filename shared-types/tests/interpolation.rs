@@ -29,6 +29,8 @@ fn waypoint(seed: u32, time: f64, turn: f64) -> Waypoint {
         waypoint.joint_velocity[index] = 3.0 * at(30 + index as u32);
         waypoint.joint_acceleration[index] = 9.0 * at(40 + index as u32);
         waypoint.torque[index] = 50.0 * at(50 + index as u32);
+        waypoint.rest_torque[index] = 50.0 * at(60 + index as u32);
+        waypoint.rate_change_torque[index] = 5.0 * at(70 + index as u32);
     }
     waypoint
 }
@@ -115,8 +117,12 @@ fn samples_beyond_the_waypoints_rest_and_torques_are_linear() {
     }
     assert_eq!(rule.sample(&waypoints, 2.0), waypoints[1]);
     let quarter = rule.sample(&waypoints, 1.25);
-    let expected = 0.75 * waypoints[0].torque[1] + 0.25 * waypoints[1].torque[1];
-    assert!((quarter.torque[1] - expected).abs() < 1e-12 && quarter.time == 1.25);
+    let torques = |w: &Waypoint| [w.torque[1], w.rest_torque[1], w.rate_change_torque[1]];
+    let [from, to, between] = [&waypoints[0], &waypoints[1], &quarter].map(torques);
+    for index in 0..3 {
+        let expected = 0.75 * from[index] + 0.25 * to[index];
+        assert!((between[index] - expected).abs() < 1e-12 && quarter.time == 1.25);
+    }
 }
 
 #[test]

@@ -100,6 +100,7 @@ fn smooth_chunks() -> Vec<PlanChunk> {
             waypoint.joint_velocity[1] = 0.7;
             waypoint.joint_acceleration[1] = 0.8;
             waypoint.torque[0] = 9.0;
+            (waypoint.rest_torque[1], waypoint.rate_change_torque[0]) = (8.0, 7.0);
         }
     }
     chunks
@@ -120,6 +121,10 @@ fn a_smooth_plan_states_velocity_acceleration_torque_and_where_it_may_stop() {
     assert_eq!(waypoint.velocity, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.0, 0.7]);
     assert_eq!(waypoint.acceleration, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.0, 0.8]);
     assert_eq!(waypoint.torque, [9.0, 0.0]);
+    assert_eq!(
+        (&waypoint.rest_torque[..], &waypoint.rate_change_torque[..]),
+        (&[0.0, 8.0][..], &[7.0, 0.0][..])
+    );
     let chunks = fitting_chunks(&plan).unwrap();
     assert_eq!((chunks.len(), chunks[1].first, chunks[1].last), (5, 3, 5));
     assert_eq!((chunks[1].brake_at, chunks[1].brake_duration), (4.8, 0.4));
@@ -155,12 +160,14 @@ fn chunks_that_an_edit_left_behind_are_named_and_the_plan_is_still_read() {
 #[test]
 fn rates_of_one_waypoint_alone_are_refused() {
     let folder = Folder::new();
-    let edits: [fn(&mut PlanFile); 5] = [
+    let edits: [fn(&mut PlanFile); 7] = [
         |plan| plan.waypoints[3].velocity.clear(),
         |plan| plan.waypoints[3].torque.clear(),
         |plan| plan.waypoints.iter_mut().for_each(|waypoint| waypoint.acceleration.clear()),
         |plan| plan.waypoints[2].velocity.truncate(5),
         |plan| plan.waypoints[2].torque[1] = 1e7,
+        |plan| plan.waypoints[3].rest_torque.clear(),
+        |plan| plan.waypoints[2].rate_change_torque.truncate(1),
     ];
     for (index, edit) in edits.iter().enumerate() {
         let mut plan = smooth_plan(&folder);

@@ -4,8 +4,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::picture::camera::Size;
+use crate::picture::caption::{write_label, write_scale, write_title};
 use crate::picture::colour::Encoder;
 use crate::picture::output::Image;
+use crate::picture::paint::GRID;
 use crate::picture::renderer::{Figure, Ground, Renderer};
 use crate::picture::scene::PictureScene;
 use crate::picture::view::View;
@@ -17,6 +19,8 @@ const MOVING: Size = Size { width: 800, height: 450 };
 /// Robots in a still, at most, and how far they stand apart at least, m.
 const FIGURES_MAX: usize = 8;
 const FIGURE_SPACING: f64 = 0.55;
+/// How far a figure's time stands over its head, m.
+const LABEL_GAP: f64 = 0.03;
 /// Frames of a moving picture, and about how many there are for each stance.
 const FRAMES_MIN: usize = 60;
 const FRAMES_MAX: usize = 120;
@@ -36,7 +40,34 @@ pub fn still(scene: &PictureScene) -> Image {
         .iter()
         .map(|&waypoint| Figure { at: waypoint as f64, progress: progress[waypoint] })
         .collect();
-    Renderer::new(scene, view, sun, STILL).picture(&figures, Ground::All, &Encoder::new())
+    let camera = view.camera.clone();
+    let renderer = Renderer::new(scene, view, sun, STILL);
+    let mut image = renderer.picture(&figures, Ground::All, &Encoder::new());
+    if figures.len() > 1 {
+        for figure in &figures {
+            let head = above_head(scene, figure.at);
+            let screen = camera.screen(camera.view(head), STILL);
+            let seconds = format!("{:.1} s", scene.motion.time_at(figure.at));
+            write_label(&mut image, &seconds, [screen.x, screen.y]);
+        }
+    }
+    write_title(&mut image, std::slice::from_ref(&scene.title));
+    write_scale(&mut image, &scale());
+    image
+}
+
+/// A point above the highest one of the robot.
+fn above_head(scene: &PictureScene, at: f64) -> DVec3 {
+    let tops = scene.robot_at(at).into_iter().map(|surface| {
+        let (low, high) = surface.bounds();
+        (0.5 * (low + high)).with_z(high.z + LABEL_GAP)
+    });
+    tops.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or_default()
+}
+
+/// The scale: the spacing of the grid on floors.
+fn scale() -> String {
+    format!("grid {GRID} m")
 }
 
 /// The robot walking.
@@ -91,5 +122,10 @@ fn followed(scene: &PictureScene, moments: &[f64], roots: &[DVec3]) -> Vec<Image
 
 fn frame(renderer: &Renderer<'_>, progress: &[f32], at: f64, encoder: &Encoder) -> Image {
     let waypoint = at as usize;
-    renderer.picture(&[Figure { at, progress: progress[waypoint] }], Ground::At(waypoint), encoder)
+    let figures = [Figure { at, progress: progress[waypoint] }];
+    let mut image = renderer.picture(&figures, Ground::At(waypoint), encoder);
+    let seconds = format!("{:.1} s", renderer.scene().motion.time_at(at));
+    write_title(&mut image, &[renderer.scene().title.clone(), seconds]);
+    write_scale(&mut image, &scale());
+    image
 }

@@ -3,6 +3,7 @@
 pub(crate) mod animation;
 pub(crate) mod camera;
 pub(crate) mod canvas;
+pub(crate) mod caption;
 pub(crate) mod colour;
 pub mod error;
 pub(crate) mod ground_overlay;

@@ -74,6 +74,19 @@ impl PlanMotion {
         self.moments.len()
     }
 
+    /// The time of a waypoint, s.
+    pub fn time(&self, waypoint: usize) -> f64 {
+        self.moments[waypoint].time
+    }
+
+    /// The time at a fractional waypoint, s.
+    pub fn time_at(&self, at: f64) -> f64 {
+        let before = (at as usize).min(self.len() - 1);
+        let after = (before + 1).min(self.len() - 1);
+        let (from, to) = (self.time(before), self.time(after));
+        from + (at - before as f64).clamp(0.0, 1.0) * (to - from)
+    }
+
     /// The root's pose at a waypoint.
     pub fn world_from_root(&self, waypoint: usize) -> Pose {
         self.moments[waypoint].world_from_root

@@ -9,7 +9,7 @@ use crate::picture::light::Sun;
 use crate::picture::scene::WorldKind;
 
 /// The distance between grid lines, m; every second one is stronger.
-const GRID: f64 = 0.5;
+pub(crate) const GRID: f64 = 0.5;
 /// Half the width of a grid line, m.
 const GRID_HALF_WIDTH: f64 = 0.006;
 /// Remaining shares of a colour on the outline between two bodies and on a sharp edge of one.

@@ -81,6 +81,11 @@ impl<'a> Renderer<'a> {
         Self { scene, view, canvas, sun, haze }
     }
 
+    /// What it draws.
+    pub fn scene(&self) -> &'a PictureScene {
+        self.scene
+    }
+
     /// The picture with the robot at some instants.
     pub fn picture(&self, figures: &[Figure], ground: Ground, encoder: &Encoder) -> Image {
         let mut canvas = self.canvas.clone();

@@ -42,6 +42,8 @@ pub struct PictureScene {
     /// Corners of boxes around the robot's links over the whole walk, world frame, in the order of
     /// time, and those of the footholds.
     pub(crate) sweep: Vec<DVec3>,
+    /// What it shows, in a line.
+    pub(crate) title: String,
 }
 
 /// A collision shape of the robot.
@@ -87,10 +89,13 @@ impl PictureScene {
         let motion = PlanMotion::new(model, plan)?;
         let contacts = ground_overlay::contacts(model, plan)?;
         let endpoints = ground_overlay::endpoint_markers(plan, &motion, &contacts.0);
-        Self::of_motion(model, world, motion, contacts, endpoints)
+        let steps = contacts.1.iter().filter(|stance| stance.feet == 1).count();
+        let seconds = motion.time(motion.len() - 1) - motion.time(0);
+        let title = format!("{}: {steps} steps in {seconds:.1} s", model.name);
+        Ok(Self { title, ..Self::of_motion(model, world, motion, contacts, endpoints)? })
     }
 
-    /// The scene of a motion, without the lines of a search.
+    /// The scene of a motion, without a title and the lines of a search.
     pub(crate) fn of_motion(
         model: &RobotModel,
         world: &World,
@@ -118,6 +123,7 @@ impl PictureScene {
             tree: Vec::new(),
             route: Vec::new(),
             sweep: Vec::new(),
+            title: String::new(),
         };
         scene.sweep = scene.swept();
         Ok(scene)

@@ -39,6 +39,10 @@ impl PictureScene {
         let mut endpoints = vec![EndpointMarker::start(ends[0]), EndpointMarker::goal(ends[1])];
         endpoints.extend(trace.bottleneck.map(EndpointMarker::bottleneck));
         let mut scene = Self::of_motion(model, world, motion, (Vec::new(), Vec::new()), endpoints)?;
+        scene.title = match trace.bottleneck {
+            Some(_) => format!("{}: no plan; most sequences failed at the small ring", model.name),
+            None => format!("{}: no plan", model.name),
+        };
         let places = trace.tree.iter().flatten().chain(&trace.route);
         let around = ends.iter().chain(places).chain(trace.bottleneck.iter());
         scene.sweep.extend(around.flat_map(|place| {
@@ -66,7 +70,12 @@ impl PictureScene {
         let corners = footholds.iter().flat_map(|foothold| foothold.outline.clone()).collect();
         let polygon = hull_from_above(corners);
         let stance = Stance { first: 0, last: 0, feet: footholds.len(), polygon };
-        Self::of_motion(model, world, motion, (footholds, vec![stance]), Vec::new())
+        let mut scene =
+            Self::of_motion(model, world, motion, (footholds, vec![stance]), Vec::new())?;
+        let heights = scene.sweep.iter().map(|point| point.z);
+        let height = heights.fold(f64::NEG_INFINITY, f64::max);
+        scene.title = format!("{}: {:.1} kg, {height:.2} m high", model.name, model.mass());
+        Ok(scene)
     }
 }
 

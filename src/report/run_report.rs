@@ -17,6 +17,8 @@ pub struct Report {
     /// `controller_lost`, `contradicted`; `planner_failed` or `controller_failed` when a process
     /// ended before its work was done, and `interrupted` when a signal came.
     pub outcome: String,
+    /// The result of the search, as one line of text: what ended it, where, and what to do.
+    pub description: Option<String>,
     /// The parameter of the budget that ended the search.
     pub bound: Option<String>,
     /// The scenario's name.
@@ -86,8 +88,6 @@ pub struct Report {
     result: Option<PlanResult>,
     #[serde(skip)]
     delivery_result: Option<DeliveryResult>,
-    #[serde(skip)]
-    description: String,
 }
 
 /// The names of a run's inputs, and its seed.
@@ -168,10 +168,7 @@ impl Report {
 
     /// The result of the search, as one line of text.
     pub fn description(&self) -> &str {
-        match self.result {
-            None => "ended before a search had a result",
-            Some(_) => &self.description,
-        }
+        self.description.as_deref().unwrap_or("ended before a search had a result")
     }
 
     /// The result of the delivery, if there was one.
@@ -198,7 +195,7 @@ impl Report {
                 Err(CommandError::Contradicted)
             }
             (Some(PlanResult::StartInvalid | PlanResult::GoalInvalid), _) => {
-                Err(CommandError::Endpoint(self.description.clone()))
+                Err(CommandError::Endpoint(self.description().to_owned()))
             }
             _ => Err(CommandError::interrupted()),
         }
@@ -207,7 +204,7 @@ impl Report {
     fn record_planned(&mut self, planned: &Planned) {
         self.result = Some(planned.result);
         self.outcome = planned.outcome.clone();
-        self.description = planned.description.clone();
+        self.description = Some(planned.description.clone());
         self.bound = planned.bound.clone();
         self.digest = planned.digest.clone();
         self.plan_seconds = Some(planned.plan_seconds);

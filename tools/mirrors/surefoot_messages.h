@@ -50,7 +50,7 @@
 /* The speed of a stance sole. */
 #define SUREFOOT_LIMIT_KIND_STANCE_SOLE 11
 /* The layout version in PlanChunk::schema. */
-#define SUREFOOT_CHUNK_SCHEMA 2
+#define SUREFOOT_CHUNK_SCHEMA 3
 /* Flag: the first chunk of its plan. */
 #define SUREFOOT_FLAG_FIRST 1
 /* Flag: the last chunk of its plan. */
@@ -191,10 +191,12 @@
 /* SHA-256. */
 typedef struct { uint8_t bytes[32]; } surefoot_Digest;
 
-#define SUREFOOT_WAYPOINT_TYPE_NAME "surefoot.Waypoint.v2"
-#define SUREFOOT_WAYPOINT_LAYOUT "0b0042223c607ae0"
-/* A configuration of the robot with its time, velocity, acceleration and torque. Interpolation
-   says how the robot moves between two waypoints. Interpolation: crate::message::Interpolation */
+#define SUREFOOT_WAYPOINT_TYPE_NAME "surefoot.Waypoint.v3"
+#define SUREFOOT_WAYPOINT_LAYOUT "63c63e425c6f4f4c"
+/* A configuration of the robot with its time, velocity, acceleration and torques. Interpolation
+   says how the robot moves between two waypoints, PlanTime::apply what it does where plan time
+   passes at another rate than 1. Interpolation: crate::message::Interpolation PlanTime::apply:
+   crate::message::PlanTime::apply */
 typedef struct {
     /* Time since the start of the plan, s; strictly increasing. */
     double time;
@@ -216,8 +218,13 @@ typedef struct {
     /* Feed-forward joint efforts, N m or N, linear between waypoints; 0 where the plan states
        none. */
     double torque[SUREFOOT_JOINTS_MAX];
+    /* The same if the robot rests in this configuration. */
+    double rest_torque[SUREFOOT_JOINTS_MAX];
+    /* By how much feed-forward changes where the rate of plan time changes by 1 a second, N m s
+       or N s. */
+    double rate_change_torque[SUREFOOT_JOINTS_MAX];
 } surefoot_Waypoint;
-static_assert(sizeof(surefoot_Waypoint) == 1696, "size");
+static_assert(sizeof(surefoot_Waypoint) == 2464, "size");
 static_assert(offsetof(surefoot_Waypoint, time) == 0, "offset");
 static_assert(offsetof(surefoot_Waypoint, root_position) == 8, "offset");
 static_assert(offsetof(surefoot_Waypoint, root_rotation) == 32, "offset");
@@ -227,6 +234,8 @@ static_assert(offsetof(surefoot_Waypoint, joint_velocity) == 496, "offset");
 static_assert(offsetof(surefoot_Waypoint, root_acceleration) == 880, "offset");
 static_assert(offsetof(surefoot_Waypoint, joint_acceleration) == 928, "offset");
 static_assert(offsetof(surefoot_Waypoint, torque) == 1312, "offset");
+static_assert(offsetof(surefoot_Waypoint, rest_torque) == 1696, "offset");
+static_assert(offsetof(surefoot_Waypoint, rate_change_torque) == 2080, "offset");
 
 #define SUREFOOT_CONTACT_TYPE_NAME "surefoot.Contact.v1"
 #define SUREFOOT_CONTACT_LAYOUT "93de07947c76db00"
@@ -283,8 +292,8 @@ static_assert(offsetof(surefoot_ChunkBinding, kind) == 0, "offset");
 static_assert(offsetof(surefoot_ChunkBinding, joint) == 4, "offset");
 static_assert(offsetof(surefoot_ChunkBinding, seconds) == 8, "offset");
 
-#define SUREFOOT_PLAN_CHUNK_TYPE_NAME "surefoot.PlanChunk.v2"
-#define SUREFOOT_PLAN_CHUNK_LAYOUT "bd15423c307d6d1f"
+#define SUREFOOT_PLAN_CHUNK_TYPE_NAME "surefoot.PlanChunk.v3"
+#define SUREFOOT_PLAN_CHUNK_LAYOUT "4b5a5bd90c3d4ea1"
 /* A part of a plan within one support mode. Its first waypoint repeats the last one of the chunk
    before. Every waypoint is statically stable. The robot may stop along the chunk's path. The
    controller walks plan time at a rate: normally 1 s of the plan each second. If the next chunk
@@ -348,7 +357,7 @@ typedef struct {
        since they explain the motion and do not change it. */
     surefoot_ChunkBinding binding[SUREFOOT_CHUNK_BINDINGS_MAX];
 } surefoot_PlanChunk;
-static_assert(sizeof(surefoot_PlanChunk) == 55952, "size");
+static_assert(sizeof(surefoot_PlanChunk) == 80528, "size");
 static_assert(offsetof(surefoot_PlanChunk, schema) == 0, "offset");
 static_assert(offsetof(surefoot_PlanChunk, session) == 8, "offset");
 static_assert(offsetof(surefoot_PlanChunk, target_controller) == 16, "offset");
@@ -371,8 +380,8 @@ static_assert(offsetof(surefoot_PlanChunk, config) == 168, "offset");
 static_assert(offsetof(surefoot_PlanChunk, stream) == 200, "offset");
 static_assert(offsetof(surefoot_PlanChunk, contacts) == 232, "offset");
 static_assert(offsetof(surefoot_PlanChunk, waypoints) == 1512, "offset");
-static_assert(offsetof(surefoot_PlanChunk, goal) == 55784, "offset");
-static_assert(offsetof(surefoot_PlanChunk, binding) == 55824, "offset");
+static_assert(offsetof(surefoot_PlanChunk, goal) == 80360, "offset");
+static_assert(offsetof(surefoot_PlanChunk, binding) == 80400, "offset");
 
 #define SUREFOOT_MARGINS_TYPE_NAME "surefoot.Margins.v2"
 #define SUREFOOT_MARGINS_LAYOUT "2b108052f02d4347"
@@ -407,7 +416,7 @@ static_assert(offsetof(surefoot_Margins, zero_moment) == 48, "offset");
 static_assert(offsetof(surefoot_Margins, dynamic_torque) == 56, "offset");
 
 #define SUREFOOT_REST_STATE_TYPE_NAME "surefoot.RestState.v1"
-#define SUREFOOT_REST_STATE_LAYOUT "18665aaa3ee316ab"
+#define SUREFOOT_REST_STATE_LAYOUT "b6aa412ce52b1b9c"
 /* A statically stable configuration with its contacts. */
 typedef struct {
     /* A SupportMode as its wire value. */
@@ -420,11 +429,11 @@ typedef struct {
     /* The contact of each limb; of a lifted limb, its last contact. */
     surefoot_Contact contacts[SUREFOOT_CONTACTS_MAX];
 } surefoot_RestState;
-static_assert(sizeof(surefoot_RestState) == 2984, "size");
+static_assert(sizeof(surefoot_RestState) == 3752, "size");
 static_assert(offsetof(surefoot_RestState, mode) == 0, "offset");
 static_assert(offsetof(surefoot_RestState, contacts_len) == 4, "offset");
 static_assert(offsetof(surefoot_RestState, waypoint) == 8, "offset");
-static_assert(offsetof(surefoot_RestState, contacts) == 1704, "offset");
+static_assert(offsetof(surefoot_RestState, contacts) == 2472, "offset");
 
 #define SUREFOOT_WORLD_CORRECTION_TYPE_NAME "surefoot.WorldCorrection.v1"
 #define SUREFOOT_WORLD_CORRECTION_LAYOUT "a26bc66974604ab1"
@@ -449,7 +458,7 @@ static_assert(offsetof(surefoot_WorldCorrection, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_WorldCorrection, half_extents) == 64, "offset");
 
 #define SUREFOOT_FEEDBACK_TYPE_NAME "surefoot.Feedback.v1"
-#define SUREFOOT_FEEDBACK_LAYOUT "9399ac8419d9717b"
+#define SUREFOOT_FEEDBACK_LAYOUT "699c78785e1cc3f0"
 /* The controller's feedback, a cumulative acknowledgement: every chunk before next_sequence is
    accepted. It is repeated as a heartbeat. */
 typedef struct {
@@ -510,7 +519,7 @@ typedef struct {
        removed. */
     surefoot_WorldCorrection corrections[SUREFOOT_CORRECTIONS_MAX];
 } surefoot_Feedback;
-static_assert(sizeof(surefoot_Feedback) == 6032, "size");
+static_assert(sizeof(surefoot_Feedback) == 6800, "size");
 static_assert(offsetof(surefoot_Feedback, schema) == 0, "offset");
 static_assert(offsetof(surefoot_Feedback, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_Feedback, session) == 16, "offset");
@@ -535,7 +544,7 @@ static_assert(offsetof(surefoot_Feedback, crc) == 132, "offset");
 static_assert(offsetof(surefoot_Feedback, stream) == 136, "offset");
 static_assert(offsetof(surefoot_Feedback, margins) == 168, "offset");
 static_assert(offsetof(surefoot_Feedback, rest_state) == 232, "offset");
-static_assert(offsetof(surefoot_Feedback, corrections) == 3216, "offset");
+static_assert(offsetof(surefoot_Feedback, corrections) == 3984, "offset");
 
 #define SUREFOOT_PLAN_REQUEST_TYPE_NAME "surefoot.PlanRequest.v1"
 #define SUREFOOT_PLAN_REQUEST_LAYOUT "b4122f3f7d120018"
@@ -656,7 +665,7 @@ static_assert(offsetof(surefoot_FootForce, force) == 8, "offset");
 static_assert(offsetof(surefoot_FootForce, centre) == 32, "offset");
 
 #define SUREFOOT_SIMULATION_STATE_TYPE_NAME "surefoot.SimulationState.v1"
-#define SUREFOOT_SIMULATION_STATE_LAYOUT "9e496c9b43da8f85"
+#define SUREFOOT_SIMULATION_STATE_LAYOUT "661898cf9f99d2a9"
 /* The state of the simulated robot at one tick. */
 typedef struct {
     /* STATE_SCHEMA. */
@@ -690,7 +699,7 @@ typedef struct {
     /* Efforts of the moving joints, N m or N. */
     double torques[SUREFOOT_JOINTS_MAX];
 } surefoot_SimulationState;
-static_assert(sizeof(surefoot_SimulationState) == 2408, "size");
+static_assert(sizeof(surefoot_SimulationState) == 3176, "size");
 static_assert(offsetof(surefoot_SimulationState, schema) == 0, "offset");
 static_assert(offsetof(surefoot_SimulationState, controller_id) == 8, "offset");
 static_assert(offsetof(surefoot_SimulationState, plan_id) == 16, "offset");
@@ -700,12 +709,12 @@ static_assert(offsetof(surefoot_SimulationState, tick) == 40, "offset");
 static_assert(offsetof(surefoot_SimulationState, mode) == 48, "offset");
 static_assert(offsetof(surefoot_SimulationState, feet_len) == 52, "offset");
 static_assert(offsetof(surefoot_SimulationState, waypoint) == 56, "offset");
-static_assert(offsetof(surefoot_SimulationState, centre_of_mass) == 1752, "offset");
-static_assert(offsetof(surefoot_SimulationState, balance_margin) == 1776, "offset");
-static_assert(offsetof(surefoot_SimulationState, friction_use) == 1784, "offset");
-static_assert(offsetof(surefoot_SimulationState, torque_use) == 1792, "offset");
-static_assert(offsetof(surefoot_SimulationState, feet) == 1800, "offset");
-static_assert(offsetof(surefoot_SimulationState, torques) == 2024, "offset");
+static_assert(offsetof(surefoot_SimulationState, centre_of_mass) == 2520, "offset");
+static_assert(offsetof(surefoot_SimulationState, balance_margin) == 2544, "offset");
+static_assert(offsetof(surefoot_SimulationState, friction_use) == 2552, "offset");
+static_assert(offsetof(surefoot_SimulationState, torque_use) == 2560, "offset");
+static_assert(offsetof(surefoot_SimulationState, feet) == 2568, "offset");
+static_assert(offsetof(surefoot_SimulationState, torques) == 2792, "offset");
 
 #define SUREFOOT_NAME_TYPE_NAME "surefoot.Name.v1"
 #define SUREFOOT_NAME_LAYOUT "dcb871f7c53e1b91"
@@ -856,7 +865,7 @@ static_assert(offsetof(surefoot_FootSchedule, force) == 80, "offset");
 static_assert(offsetof(surefoot_FootSchedule, moment) == 104, "offset");
 
 #define SUREFOOT_SET_POINT_TYPE_NAME "surefoot.SetPoint.v2"
-#define SUREFOOT_SET_POINT_LAYOUT "b815c1ed6d8a3ebb"
+#define SUREFOOT_SET_POINT_LAYOUT "9369328d81e88b82"
 /* What the joints are to do at an instant. While no chunk follows in time the robot brakes along
    its path as the last chunk says, and stands: the same point at zero velocity is published at
    every tick, with FLAG_STARVED. */
@@ -887,7 +896,7 @@ typedef struct {
     /* Left and right foot; the other entries are zero. */
     surefoot_FootSchedule feet[SUREFOOT_CONTACTS_MAX];
 } surefoot_SetPoint;
-static_assert(sizeof(surefoot_SetPoint) == 2280, "size");
+static_assert(sizeof(surefoot_SetPoint) == 3048, "size");
 static_assert(offsetof(surefoot_SetPoint, schema) == 0, "offset");
 static_assert(offsetof(surefoot_SetPoint, sampler_id) == 8, "offset");
 static_assert(offsetof(surefoot_SetPoint, session) == 16, "offset");
@@ -899,6 +908,6 @@ static_assert(offsetof(surefoot_SetPoint, flags) == 56, "offset");
 static_assert(offsetof(surefoot_SetPoint, mode) == 60, "offset");
 static_assert(offsetof(surefoot_SetPoint, rate) == 64, "offset");
 static_assert(offsetof(surefoot_SetPoint, waypoint) == 72, "offset");
-static_assert(offsetof(surefoot_SetPoint, feet) == 1768, "offset");
+static_assert(offsetof(surefoot_SetPoint, feet) == 2536, "offset");
 
 #endif

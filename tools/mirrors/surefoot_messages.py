@@ -21,7 +21,7 @@ Digest = ctypes.c_uint8 * 32
 
 
 class Waypoint(ctypes.Structure):
-    LAYOUT = "0b0042223c607ae0"
+    LAYOUT = "63c63e425c6f4f4c"
     _fields_ = [
         ("time", ctypes.c_double),
         ("root_position", ctypes.c_double * 3),
@@ -32,11 +32,13 @@ class Waypoint(ctypes.Structure):
         ("root_acceleration", ctypes.c_double * ROOT_FREEDOMS),
         ("joint_acceleration", ctypes.c_double * JOINTS_MAX),
         ("torque", ctypes.c_double * JOINTS_MAX),
+        ("rest_torque", ctypes.c_double * JOINTS_MAX),
+        ("rate_change_torque", ctypes.c_double * JOINTS_MAX),
     ]
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.Waypoint.v2"
+        return "surefoot.Waypoint.v3"
 
 
 class Contact(ctypes.Structure):
@@ -81,7 +83,7 @@ class ChunkBinding(ctypes.Structure):
 
 
 class PlanChunk(ctypes.Structure):
-    LAYOUT = "bd15423c307d6d1f"
+    LAYOUT = "4b5a5bd90c3d4ea1"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("session", ctypes.c_uint64),
@@ -111,7 +113,7 @@ class PlanChunk(ctypes.Structure):
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.PlanChunk.v2"
+        return "surefoot.PlanChunk.v3"
 
 
 class Margins(ctypes.Structure):
@@ -133,7 +135,7 @@ class Margins(ctypes.Structure):
 
 
 class RestState(ctypes.Structure):
-    LAYOUT = "18665aaa3ee316ab"
+    LAYOUT = "b6aa412ce52b1b9c"
     _fields_ = [
         ("mode", ctypes.c_uint32),
         ("contacts_len", ctypes.c_uint32),
@@ -162,7 +164,7 @@ class WorldCorrection(ctypes.Structure):
 
 
 class Feedback(ctypes.Structure):
-    LAYOUT = "9399ac8419d9717b"
+    LAYOUT = "699c78785e1cc3f0"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("controller_id", ctypes.c_uint64),
@@ -267,7 +269,7 @@ class FootForce(ctypes.Structure):
 
 
 class SimulationState(ctypes.Structure):
-    LAYOUT = "9e496c9b43da8f85"
+    LAYOUT = "661898cf9f99d2a9"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("controller_id", ctypes.c_uint64),
@@ -379,7 +381,7 @@ class FootSchedule(ctypes.Structure):
 
 
 class SetPoint(ctypes.Structure):
-    LAYOUT = "b815c1ed6d8a3ebb"
+    LAYOUT = "9369328d81e88b82"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("sampler_id", ctypes.c_uint64),

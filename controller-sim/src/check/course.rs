@@ -160,6 +160,11 @@ pub(crate) fn at_rate(mut waypoint: Waypoint, rate: f64, change: f64) -> Waypoin
         *acceleration = rate * rate * *acceleration + change * *velocity;
         *velocity *= rate;
     }
+    for (joint, torque) in waypoint.torque.iter_mut().enumerate() {
+        let rest = waypoint.rest_torque[joint];
+        *torque =
+            rest + rate * rate * (*torque - rest) + change * waypoint.rate_change_torque[joint];
+    }
     waypoint
 }
 
@@ -180,6 +185,9 @@ mod tests {
                 let share = 0.05 * f64::from(tick);
                 let own = PlanRate::of_ramp(share, 0.7, brakes);
                 let rule = ramp.at(0.7 * share);
+                let instants = [at_rate(pair()[1], own.rate, own.change), rule.apply(&pair()[1])];
+                let [of_own, of_rule] = instants.map(|instant| instant.rates().collect::<Vec<_>>());
+                assert!(of_own.iter().zip(&of_rule).all(|(a, b)| (a - b).abs() < 1e-12));
                 let numbers = [own.elapsed, own.rate, own.change];
                 for (a, b) in numbers.iter().zip([rule.elapsed, rule.rate, rule.rate_change]) {
                     assert!((a - b).abs() < 1e-12, "{share}: {a} {b}");
@@ -238,6 +246,8 @@ mod tests {
             waypoint.joint_acceleration[3] = 1.5 * sign;
             waypoint.root_position[1] = 0.1 * sign;
             waypoint.root_velocity[1] = 0.2;
+            (waypoint.torque[3], waypoint.rest_torque[3]) = (8.0, 4.0);
+            waypoint.rate_change_torque[3] = 0.5;
             waypoint
         };
         [at(0.0, -1.0), at(1.0, 1.0)]

@@ -7,7 +7,6 @@
 use std::cmp::Ordering;
 
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::scenario::{GoalTolerance, StancePose};
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
@@ -433,8 +432,9 @@ fn check_rests(chunk: &PlanChunk) -> Result<(), String> {
 /// The largest difference of any number of two waypoints but their torques; NaN where one is NaN.
 fn largest_difference(a: &Waypoint, b: &Waypoint) -> f64 {
     let numbers = |w: &Waypoint| {
-        let rates = Waypoint { torque: [0.0; JOINTS_MAX], ..*w }.rates();
-        w.root_position.into_iter().chain(w.root_rotation).chain(w.q).chain(rates)
+        let root = w.root_position.into_iter().chain(w.root_rotation).chain(w.root_velocity);
+        let joints = w.q.into_iter().chain(w.joint_velocity).chain(w.joint_acceleration);
+        root.chain(w.root_acceleration).chain(joints)
     };
     largest(numbers(a).zip(numbers(b)).map(|(x, y)| (x - y).abs()))
 }

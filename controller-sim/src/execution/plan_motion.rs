@@ -14,17 +14,21 @@ pub(crate) fn planned_in(chunk: &PlanChunk, time: f64) -> Waypoint {
     let (from, to) = (&waypoints[after.saturating_sub(1)], &waypoints[after]);
     let seconds = to.time - from.time;
     let share = if seconds > 0.0 { ((time - from.time) / seconds).clamp(0.0, 1.0) } else { 1.0 };
-    let torque: [f64; JOINTS_MAX] = std::array::from_fn(|joint| {
-        from.torque[joint] + share * (to.torque[joint] - from.torque[joint])
-    });
+    let mixed = |of: fn(&Waypoint) -> &[f64; JOINTS_MAX]| -> [f64; JOINTS_MAX] {
+        let (from, to) = (of(from), of(to));
+        std::array::from_fn(|joint| from[joint] + share * (to[joint] - from[joint]))
+    };
+    let torque = mixed(|waypoint| &waypoint.torque);
+    let rest_torque = mixed(|waypoint| &waypoint.rest_torque);
+    let rate_change_torque = mixed(|waypoint| &waypoint.rate_change_torque);
     if chunk.is_smooth() && seconds > 0.0 {
         let instant = trajectory::between(from, to, time.clamp(from.time, to.time));
-        return Waypoint { torque, ..instant };
+        return Waypoint { torque, rest_torque, rate_change_torque, ..instant };
     }
     let joints = chunk.joints_len as usize;
     let [start, end] = [from, to].map(|waypoint| Configuration::of_waypoint(waypoint, joints));
     let Configuration { world_from_root, q } = start.towards(&end, share);
-    let mut waypoint = Waypoint { time, torque, ..to.rested() };
+    let mut waypoint = Waypoint { time, torque, rest_torque, rate_change_torque, ..to.rested() };
     waypoint.root_position = world_from_root.translation.to_array();
     waypoint.root_rotation = world_from_root.rotation.to_array();
     waypoint.q.iter_mut().zip(q).for_each(|(slot, position)| *slot = position);

@@ -262,6 +262,8 @@ fn waypoint(block: &WaypointBlock, joint_order: &[usize]) -> Waypoint {
         (&mut waypoint.joint_velocity, block.velocity.get(ROOT_FREEDOMS..)),
         (&mut waypoint.joint_acceleration, block.acceleration.get(ROOT_FREEDOMS..)),
         (&mut waypoint.torque, block.torque.get(..)),
+        (&mut waypoint.rest_torque, block.rest_torque.get(..)),
+        (&mut waypoint.rate_change_torque, block.rate_change_torque.get(..)),
     ];
     for (slots, numbers) in joint_rates {
         let Some(numbers) = numbers.filter(|numbers| !numbers.is_empty()) else { continue };

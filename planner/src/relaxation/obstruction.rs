@@ -90,10 +90,15 @@ impl GroundGap {
     fn describe(&self) -> String {
         let [width, rise] = self.size();
         let steep = self.steep.as_ref().map(SteepGround::describe).unwrap_or_default();
+        let missing = self.from.distance(self.to) - self.span_max;
+        let missing = match missing >= 5e-3 {
+            true => format!(", {missing:.2} m less than that takes"),
+            false => String::new(),
+        };
         format!(
             "from {} no step leads on to {}, the nearest ground that leads to the goal, \
              {width:.2} m away and {:.2} m {}: in the longest steps of the search the feet touch \
-             points {:.2} m apart{steep}",
+             points {:.2} m apart{missing}{steep}",
             point(self.from),
             point(self.to),
             rise.abs(),

@@ -22,7 +22,7 @@ const CLIPPED_MAX: usize = POLYGON_VERTICES_MAX + 2 * ANKLE_JOINTS;
 type Clipped = BoundedVec<DVec2, CLIPPED_MAX>;
 
 /// Half planes of the sole frame in which the ankle can hold the robot's weight, for a level sole.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct AnkleLimits {
     half_planes: BoundedVec<HalfPlane, { 2 * ANKLE_JOINTS }>,
 }

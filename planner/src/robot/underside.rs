@@ -29,23 +29,38 @@ struct HeightMap {
     heights: Vec<f64>,
 }
 
-/// The part of a foot's declared sole that touches level ground: convex, counter-clockwise, in the
-/// sole frame (m).
-pub(crate) fn flat_part(model: &RobotModel, foot: &Foot) -> Vec<DVec2> {
-    let mut map = HeightMap::over(&foot.polygon);
-    let sole_from_link = foot.link_from_sole.inverse();
-    for link_shape in &model.links[foot.link].shapes {
-        let sole_from_shape = sole_from_link * link_shape.link_from_shape;
-        let (mut vertices, triangles) = triangles_of(&link_shape.shape);
-        vertices.iter_mut().for_each(|vertex| *vertex = sole_from_shape * *vertex);
-        for triangle in triangles {
-            map.lower(triangle.map(|corner| vertices[corner as usize]));
-        }
+/// What of a foot's declared sole touches level ground, in the sole frame (m). All polygons are
+/// convex and counter-clockwise.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Underside {
+    /// The hull of all that touches.
+    pub(crate) flat_part: Vec<DVec2>,
+    /// Its separate pads: studs, or the heel and the ball of an arched foot. Empty if there is one.
+    pub(crate) pads: Vec<Vec<DVec2>>,
+}
+
+impl Underside {
+    /// The underside of a foot.
+    pub(crate) fn of(model: &RobotModel, foot: &Foot) -> Self {
+        HeightMap::of(model, foot).underside(&foot.polygon)
     }
-    map.flat_part(&foot.polygon)
 }
 
 impl HeightMap {
+    fn of(model: &RobotModel, foot: &Foot) -> Self {
+        let mut map = HeightMap::over(&foot.polygon);
+        let sole_from_link = foot.link_from_sole.inverse();
+        for link_shape in &model.links[foot.link].shapes {
+            let sole_from_shape = sole_from_link * link_shape.link_from_shape;
+            let (mut vertices, triangles) = triangles_of(&link_shape.shape);
+            vertices.iter_mut().for_each(|vertex| *vertex = sole_from_shape * *vertex);
+            for triangle in triangles {
+                map.lower(triangle.map(|corner| vertices[corner as usize]));
+            }
+        }
+        map
+    }
+
     fn over(outline: &[DVec2]) -> Self {
         let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = outline.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
@@ -92,18 +107,25 @@ impl HeightMap {
         }
     }
 
-    fn flat_part(&self, outline: &[DVec2]) -> Vec<DVec2> {
-        let height = |&(column, row): &(usize, usize)| self.heights[column * self.rows + row];
+    fn height(&self, (column, row): (usize, usize)) -> f64 {
+        self.heights[column * self.rows + row]
+    }
+
+    fn is_flat(&self, cell: (usize, usize)) -> bool {
+        self.height(cell).abs() <= FLATNESS
+    }
+
+    fn underside(&self, outline: &[DVec2]) -> Underside {
+        let whole = || Underside { flat_part: outline.to_vec(), pads: Vec::new() };
         let is_on_sole =
             |&(column, row): &(usize, usize)| inner_distance(outline, self.at(column, row)) >= 0.0;
-        let is_flat = |cell: &(usize, usize)| height(cell).abs() <= FLATNESS;
         let all = self.cells(self.low, self.at(self.columns, self.rows));
         let on_sole: Vec<(usize, usize)> = all.filter(is_on_sole).collect();
-        if on_sole.iter().all(is_flat) {
-            return outline.to_vec();
+        if on_sole.iter().all(|&cell| self.is_flat(cell)) {
+            return whole();
         }
-        let is_higher = |cell: &(usize, usize)| {
-            !is_flat(cell) && height(cell) <= HEIGHT_MAX && is_on_sole(cell)
+        let is_higher = |&cell: &(usize, usize)| {
+            !self.is_flat(cell) && self.height(cell) <= HEIGHT_MAX && is_on_sole(&cell)
         };
         let is_kept = |&(column, row): &(usize, usize)| {
             let at = self.at(column, row);
@@ -112,16 +134,51 @@ impl HeightMap {
                 is_higher(&cell) && self.at(cell.0, cell.1).distance(at) <= KEPT_FROM_HIGHER
             })
         };
-        let mut kept: Vec<DVec2> = on_sole
-            .iter()
-            .filter(|cell| is_flat(cell) && is_kept(cell))
-            .map(|&(column, row)| self.at(column, row))
-            .collect();
-        let mut hull = Vec::new();
-        convex_hull(&mut kept, &mut hull);
-        simplify(&mut hull, POLYGON_VERTICES_MAX);
+        let kept: Vec<(usize, usize)> =
+            on_sole.into_iter().filter(|&cell| self.is_flat(cell)).filter(is_kept).collect();
+        let flat_part = self.hull(&kept);
         let least = FLAT_SHARE_MIN * area_and_centroid(outline).0;
-        if hull.len() >= 3 && area_and_centroid(&hull).0 >= least { hull } else { outline.to_vec() }
+        if flat_part.len() < 3 || area_and_centroid(&flat_part).0 < least {
+            return whole();
+        }
+        let parts = self.connected_parts(&kept);
+        let pads = if parts.len() > 1 { parts.as_slice() } else { &[] };
+        Underside { flat_part, pads: pads.iter().map(|part| self.hull(part)).collect() }
+    }
+
+    /// The convex hull of cells.
+    fn hull(&self, cells: &[(usize, usize)]) -> Vec<DVec2> {
+        let mut points: Vec<DVec2> =
+            cells.iter().map(|&(column, row)| self.at(column, row)).collect();
+        let mut hull = Vec::new();
+        convex_hull(&mut points, &mut hull);
+        simplify(&mut hull, POLYGON_VERTICES_MAX);
+        hull
+    }
+
+    /// The parts of a set of cells whose cells are neighbours, sides and corners alike.
+    fn connected_parts(&self, cells: &[(usize, usize)]) -> Vec<Vec<(usize, usize)>> {
+        let index = |(column, row): (usize, usize)| column * self.rows + row;
+        let mut is_left = vec![false; self.heights.len()];
+        cells.iter().for_each(|&cell| is_left[index(cell)] = true);
+        let mut parts = Vec::new();
+        for &first in cells {
+            if !std::mem::take(&mut is_left[index(first)]) {
+                continue;
+            }
+            let mut part = vec![first];
+            let mut next = 0;
+            while let Some(&(column, row)) = part.get(next) {
+                next += 1;
+                let columns = column.saturating_sub(1)..(column + 2).min(self.columns);
+                let around = columns.flat_map(|column| {
+                    (row.saturating_sub(1)..(row + 2).min(self.rows)).map(move |row| (column, row))
+                });
+                part.extend(around.filter(|&cell| std::mem::take(&mut is_left[index(cell)])));
+            }
+            parts.push(part);
+        }
+        parts
     }
 }
 
@@ -145,7 +202,7 @@ mod tests {
             map.lower([corner(a, -0.06), corner(b, -0.06), corner(b, 0.06)]);
             map.lower([corner(a, -0.06), corner(b, 0.06), corner(a, 0.06)]);
         }
-        map.flat_part(&outline)
+        map.underside(&outline).flat_part
     }
 
     fn extent(part: &[DVec2]) -> [f64; 2] {
@@ -183,13 +240,13 @@ mod tests {
             panic!("{} does not load", path.display());
         };
         let foot = model.feet[0].clone();
-        assert_eq!(flat_part(&model, &foot), foot.polygon);
+        assert_eq!(Underside::of(&model, &foot).flat_part, foot.polygon);
         let half = DVec3::new(0.05, 0.04, 0.01);
         let link_from_shape =
             foot.link_from_sole * surefoot_shared_types::Pose::from_translation(DVec3::Z * half.z);
         let shape = LinkShape { shape: Shape::Box { half_extents: half }, link_from_shape };
         model.links[foot.link].shapes = vec![shape];
-        let [low, high] = extent(&flat_part(&model, &foot));
+        let [low, high] = extent(&Underside::of(&model, &foot).flat_part);
         assert!((low + 0.05).abs() < 2e-3 && (high - 0.05).abs() < 2e-3, "{low} {high}");
     }
 }

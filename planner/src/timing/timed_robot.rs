@@ -263,7 +263,8 @@ impl TimedRobot {
         if is_carried { load } else { load.max(INADMISSIBLE) }
     }
 
-    /// Writes the feed-forward torques of a waypoint, at a part (0 to 1) of its span.
+    /// Writes the feed-forward torques of a waypoint, at a part (0 to 1) of its span: those of the
+    /// plan, those at rest, and their change where the rate of plan time changes.
     pub(crate) fn write_torques(
         &self,
         span: &PathSpan,
@@ -271,24 +272,42 @@ impl TimedRobot {
         at: (&LoadSchedule, f64),
         waypoint: &mut Waypoint,
     ) {
-        let mut dynamics = PathDynamics::default();
-        self.write_instant(waypoint, &mut dynamics);
+        let [first, second] = rates_of(waypoint);
+        let root = waypoint.world_from_root();
+        let state = PathState { root: &root, q: &waypoint.q, first: &first, second: &second };
+        let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
         let support = Support::new(span, level, 0.0, self.limits.friction);
-        let GeneralizedForce { force, moment, torques } = &dynamics.standing;
-        waypoint.torque = *torques;
-        let about_world = *moment + dynamics.origin.cross(*force);
         let problem = self.problem(&dynamics, &support, level, 1.0);
-        let excess = |wrenches: &[FootWrench; 2]| problem.leg_load(DVec2::ZERO, wrenches);
-        let wrenches = share_load(&support, (*force, about_world), at, excess);
+        let torques = |rate: DVec2| self.torques(&problem, at, rate);
+        let [slower, faster] = [-DVec2::Y, DVec2::Y].map(torques);
+        let (moving, rest) = (torques(DVec2::X), torques(DVec2::ZERO));
+        waypoint.torque = moving;
+        waypoint.rest_torque = rest;
+        waypoint.rate_change_torque =
+            std::array::from_fn(|joint| 0.5 * (faster[joint] - slower[joint]));
+    }
+
+    /// The feed-forward torques at a rate along the path, with the load shared by a schedule.
+    fn torques(
+        &self,
+        problem: &ContactProblem<'_>,
+        at: (&LoadSchedule, f64),
+        rate: DVec2,
+    ) -> [f64; JOINTS_MAX] {
+        let ContactProblem { dynamics, support, .. } = problem;
+        let excess = |wrenches: &[FootWrench; 2]| problem.leg_load(rate, wrenches);
+        let wrenches = share_load(support, dynamics.wrench_at(rate), at, excess);
+        let mut torques = std::array::from_fn(|joint| dynamics.torque(joint).at(rate));
         for (foot, (force, moment)) in support.feet.iter().zip(&wrenches) {
             for &joint in &self.chains[foot.limb] {
-                waypoint.torque[joint] -=
+                torques[joint] -=
                     dynamics.frames.torque_of_wrench(joint, *force, *moment, foot.center);
             }
         }
-        for (torque, limit) in waypoint.torque.iter_mut().zip(&self.limits.full_efforts) {
+        for (torque, limit) in torques.iter_mut().zip(&self.limits.full_efforts) {
             *torque = torque.clamp(-limit, *limit);
         }
+        torques
     }
 
     /// Writes the dynamics of a motion at one instant: all of it is the constant part.

@@ -12,6 +12,7 @@ more.
 
 from __future__ import annotations
 
+import importlib.metadata
 from typing import TYPE_CHECKING, Any
 
 from surefoot._native import shipped
@@ -34,6 +35,8 @@ from surefoot.robot import Limits, Mesh, Robot, Sole
 from surefoot.scenario import Scenario
 from surefoot.stance import Goal, Stance
 from surefoot.world import World, WorldBuilder
+
+__version__ = importlib.metadata.version("surefoot")
 
 if TYPE_CHECKING:
     from surefoot.live import subscribe

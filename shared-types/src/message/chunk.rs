@@ -14,7 +14,7 @@ use crate::message::layout::layout;
 use crate::message::request::StancePoseData;
 
 /// The layout version in [`PlanChunk::schema`].
-pub const CHUNK_SCHEMA: u64 = 2;
+pub const CHUNK_SCHEMA: u64 = 3;
 /// Flag: the first chunk of its plan.
 pub const FLAG_FIRST: u32 = 1;
 /// Flag: the last chunk of its plan.
@@ -23,13 +23,15 @@ pub const FLAG_LAST: u32 = 2;
 /// The freedoms of the root: position and rotation.
 pub const ROOT_FREEDOMS: usize = 6;
 
-/// A configuration of the robot with its time, velocity, acceleration and torque.
-/// [`Interpolation`] says how the robot moves between two waypoints.
+/// A configuration of the robot with its time, velocity, acceleration and torques.
+/// [`Interpolation`] says how the robot moves between two waypoints, [`PlanTime::apply`] what it
+/// does where plan time passes at another rate than 1.
 ///
 /// [`Interpolation`]: crate::message::Interpolation
+/// [`PlanTime::apply`]: crate::message::PlanTime::apply
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.Waypoint.v2")]
+#[type_name("surefoot.Waypoint.v3")]
 pub struct Waypoint {
     /// Time since the start of the plan, s; strictly increasing.
     pub time: f64,
@@ -51,6 +53,11 @@ pub struct Waypoint {
     /// Feed-forward joint efforts, N m or N, linear between waypoints; 0 where the plan states
     /// none.
     pub torque: [f64; JOINTS_MAX],
+    /// The same if the robot rests in this configuration.
+    pub rest_torque: [f64; JOINTS_MAX],
+    /// By how much feed-forward changes where the rate of plan time changes by 1 a second, N m s
+    /// or N s.
+    pub rate_change_torque: [f64; JOINTS_MAX],
 }
 
 impl Waypoint {
@@ -82,14 +89,15 @@ impl Waypoint {
         pose_from_parts(self.root_position, self.root_rotation)
     }
 
-    /// Velocity, acceleration and torque, one number after the other.
+    /// Velocity, acceleration and torques, one number after the other.
     pub fn rates(&self) -> impl Iterator<Item = f64> + use<> {
         let root = self.root_velocity.into_iter().chain(self.root_acceleration);
         let joints = self.joint_velocity.into_iter().chain(self.joint_acceleration);
-        root.chain(joints).chain(self.torque)
+        let torques = self.torque.into_iter().chain(self.rest_torque);
+        root.chain(joints).chain(torques).chain(self.rate_change_torque)
     }
 
-    /// Adds time and configuration to a digest, and velocity, acceleration and torque unless all
+    /// Adds time and configuration to a digest, and velocity, acceleration and torques unless all
     /// of them are 0.
     fn add_to(&self, link: &mut Link, joints: usize) {
         link.add(&[self.time]);
@@ -104,6 +112,8 @@ impl Waypoint {
             link.add(&self.root_acceleration);
             link.add(&self.joint_acceleration[..joints]);
             link.add(&self.torque[..joints]);
+            link.add(&self.rest_torque[..joints]);
+            link.add(&self.rate_change_torque[..joints]);
         }
     }
 }
@@ -186,7 +196,7 @@ impl SupportMode {
 /// the chunk's end if need be ([`Ramp`](crate::message::Ramp)).
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.PlanChunk.v2")]
+#[type_name("surefoot.PlanChunk.v3")]
 pub struct PlanChunk {
     /// [`CHUNK_SCHEMA`].
     pub schema: u64,
@@ -245,7 +255,7 @@ pub struct PlanChunk {
     pub binding: [ChunkBinding; CHUNK_BINDINGS_MAX],
 }
 
-const _: () = assert!(size_of::<Waypoint>() == 64 + 16 * ROOT_FREEDOMS + 32 * JOINTS_MAX);
+const _: () = assert!(size_of::<Waypoint>() == 64 + 16 * ROOT_FREEDOMS + 48 * JOINTS_MAX);
 const _: () = assert!(size_of::<Contact>() == 64 + 16 * POLYGON_VERTICES_MAX);
 const _: () = assert!(
     size_of::<PlanChunk>()
@@ -266,6 +276,8 @@ layout!(Waypoint {
     root_acceleration: [f64; ROOT_FREEDOMS],
     joint_acceleration: [f64; JOINTS_MAX],
     torque: [f64; JOINTS_MAX],
+    rest_torque: [f64; JOINTS_MAX],
+    rate_change_torque: [f64; JOINTS_MAX],
 } with []);
 layout!(Contact {
     limb: u32,
@@ -409,7 +421,7 @@ mod tests {
         (other.session, other.target_controller) = (1, 2);
         other.write_crc();
         assert_eq!(other.stream_after(), chunk.stream_after());
-        other.waypoints[3].q[4] += 1e-9;
+        other.waypoints[3].q[4] = 0.5;
         assert_ne!(other.stream_after(), chunk.stream_after());
     }
 
@@ -426,7 +438,7 @@ mod tests {
             change(&mut other);
             other.stream_after() != moving
         };
-        let used: [&dyn Fn(&mut PlanChunk); 12] = [
+        let used: [&dyn Fn(&mut PlanChunk); 14] = [
             &|chunk| chunk.sequence = 1,
             &|chunk| chunk.brake_at = 1.0,
             &|chunk| chunk.contacts[0].polygon[5][1] = 1.0,
@@ -439,6 +451,8 @@ mod tests {
             &|chunk| chunk.waypoints[1].root_acceleration[0] = 1.0,
             &|chunk| chunk.waypoints[1].joint_acceleration[2] = 1.0,
             &|chunk| chunk.waypoints[1].torque[0] = 1.0,
+            &|chunk| chunk.waypoints[1].rest_torque[2] = 1.0,
+            &|chunk| chunk.waypoints[1].rate_change_torque[2] = 1.0,
         ];
         for (index, change) in used.into_iter().enumerate() {
             assert!(differs(change), "used {index}");

@@ -76,6 +76,8 @@ impl Interpolation {
         };
         waypoint.time = time;
         waypoint.torque = mix(&from.torque, &to.torque, share);
+        waypoint.rest_torque = mix(&from.rest_torque, &to.rest_torque, share);
+        waypoint.rate_change_torque = mix(&from.rate_change_torque, &to.rate_change_torque, share);
         waypoint
     }
 }

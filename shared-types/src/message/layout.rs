@@ -150,7 +150,7 @@ mod tests {
             ("stream", 200),
             ("contacts", 232),
             ("waypoints", 1512),
-            ("goal", 55_784),
+            ("goal", 80_360),
         ];
         for (name, at) in expected {
             assert_eq!(offset(chunk, name), at, "{name}");
@@ -169,12 +169,12 @@ mod tests {
             ("stream", 136),
             ("margins", 168),
             ("rest_state", 232),
-            ("corrections", 3216),
+            ("corrections", 3984),
         ];
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (55_952, 6032));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (80_528, 6800));
     }
 
     #[test]

@@ -3,7 +3,8 @@
 //! Over a ramp of duration `D`, with `u = t / D`, the rate falls as `1 - (10 u^3 - 15 u^4 + 6 u^5)`
 //! or rises as `10 u^3 - 15 u^4 + 6 u^5`. It has no jump in its second derivative at either end,
 //! and plan time advances by `D / 2` in all. At plan time `p(t)` with rate `r = dp/dt`, the
-//! configuration is `q(p)`, the velocity `r q'(p)`, the acceleration `r^2 q''(p) + r' q'(p)`.
+//! configuration is `q(p)`, the velocity `r q'(p)`, the acceleration `r^2 q''(p) + r' q'(p)`, the
+//! feed-forward torque `rest_torque + r^2 (torque - rest_torque) + r' rate_change_torque`.
 
 use crate::message::chunk::Waypoint;
 
@@ -63,8 +64,8 @@ impl Ramp {
 }
 
 impl PlanTime {
-    /// The robot's motion at this rate, where `planned` is the plan's own at its instant. The
-    /// torque stays the planned one.
+    /// The robot's motion at this rate, where `planned` is the plan's own at its instant, with its
+    /// feed-forward torque. The torques at rest and by the rate's change stay the planned ones.
     pub fn apply(&self, planned: &Waypoint) -> Waypoint {
         let (rate, change) = (self.rate, self.rate_change);
         let slowed = |velocity: f64, acceleration: f64| {
@@ -80,6 +81,11 @@ impl PlanTime {
             waypoint.joint_velocity.iter_mut().zip(&mut waypoint.joint_acceleration)
         {
             (*velocity, *acceleration) = slowed(*velocity, *acceleration);
+        }
+        let torques = planned.torque.iter().zip(&planned.rest_torque);
+        let torques = torques.zip(&planned.rate_change_torque);
+        for (slot, ((moving, rest), by_change)) in waypoint.torque.iter_mut().zip(torques) {
+            *slot = rest + rate * rate * (moving - rest) + change * by_change;
         }
         waypoint
     }
@@ -106,6 +112,18 @@ mod tests {
             assert_eq!(end.rate, f64::from(matches!(ramp, Ramp::Resume { .. })));
             assert_eq!(ramp.at(0.0).elapsed, 0.0);
         }
+    }
+
+    #[test]
+    fn torque_goes_to_that_at_rest_and_with_the_change_of_the_rate() {
+        let mut planned: Waypoint = bytemuck::Zeroable::zeroed();
+        (planned.torque[1], planned.rest_torque[1], planned.rate_change_torque[1]) =
+            (8.0, 4.0, 0.5);
+        let torque = |rate: f64, rate_change: f64| {
+            PlanTime { elapsed: 0.0, rate, rate_change }.apply(&planned).torque[1]
+        };
+        assert_eq!([torque(1.0, 0.0), torque(0.0, 0.0)], [8.0, 4.0]);
+        assert_eq!([torque(0.5, 0.0), torque(0.5, -2.0)], [5.0, 4.0]);
     }
 
     #[test]

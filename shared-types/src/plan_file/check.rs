@@ -89,6 +89,8 @@ fn check_rates(waypoint: &WaypointBlock, joints: usize) -> Result<(), String> {
         ("velocity", &waypoint.velocity, ROOT_FREEDOMS + joints),
         ("acceleration", &waypoint.acceleration, ROOT_FREEDOMS + joints),
         ("torque", &waypoint.torque, joints),
+        ("rest_torque", &waypoint.rest_torque, joints),
+        ("rate_change_torque", &waypoint.rate_change_torque, joints),
     ];
     for (name, numbers, count) in rates {
         if !numbers.is_empty() && numbers.len() != count {
@@ -102,17 +104,18 @@ fn check_rates(waypoint: &WaypointBlock, joints: usize) -> Result<(), String> {
     Err("velocity and acceleration are needed together: a motion is straight or quintic".into())
 }
 
-/// Velocity, acceleration and torque each stand in every waypoint or in none.
+/// Velocity, acceleration and the torques each stand in every waypoint or in none.
 fn check_uniform(waypoints: &[WaypointBlock]) -> Result<(), ElementError> {
     let has = |waypoint: &WaypointBlock| {
-        [waypoint.velocity.is_empty(), waypoint.torque.is_empty()].map(|is_empty| !is_empty)
+        let WaypointBlock { velocity, torque, rest_torque, rate_change_torque, .. } = waypoint;
+        [velocity, torque, rest_torque, rate_change_torque].map(|numbers| !numbers.is_empty())
     };
     let Some(first) = waypoints.first().map(has) else { return Ok(()) };
     match waypoints.iter().position(|waypoint| has(waypoint) != first) {
         None => Ok(()),
         Some(at) => Err((
             format!("waypoint {at}"),
-            "velocity and torque stand in every waypoint or in none".into(),
+            "velocity and torques stand in every waypoint or in none".into(),
         )),
     }
 }

@@ -160,6 +160,8 @@ pub fn waypoint(block: &WaypointBlock, order: &[usize]) -> Waypoint {
         root_acceleration: root(&block.acceleration),
         joint_acceleration: of_joints(&block.acceleration),
         torque: joints(&block.torque),
+        rest_torque: joints(&block.rest_torque),
+        rate_change_torque: joints(&block.rate_change_torque),
     }
 }
 

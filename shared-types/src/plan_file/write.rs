@@ -214,12 +214,16 @@ fn waypoint_block(waypoint: &Waypoint, robot: &RobotModel, is_smooth: bool) -> W
         velocity: vec![],
         acceleration: vec![],
         torque: vec![],
+        rest_torque: vec![],
+        rate_change_torque: vec![],
     };
     if is_smooth {
         let (velocity, acceleration) = urdf_root_rates(waypoint, robot);
         block.velocity = [&velocity, &waypoint.joint_velocity[..joints]].concat();
         block.acceleration = [&acceleration, &waypoint.joint_acceleration[..joints]].concat();
         block.torque = waypoint.torque[..joints].to_vec();
+        block.rest_torque = waypoint.rest_torque[..joints].to_vec();
+        block.rate_change_torque = waypoint.rate_change_torque[..joints].to_vec();
     }
     block
 }

@@ -232,6 +232,13 @@ pub struct WaypointBlock {
     /// Feed-forward joint efforts, N m or N; empty in a plan without.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub torque: Vec<f64>,
+    /// The same if the robot rests in this configuration. Other programs ignore it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rest_torque: Vec<f64>,
+    /// By how much feed-forward changes where the rate of plan time changes by 1 a second, N m s
+    /// or N s. Other programs ignore it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rate_change_torque: Vec<f64>,
 }
 
 /// A chunk of a smooth plan. The names and meanings are those of

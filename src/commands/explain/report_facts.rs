@@ -29,6 +29,8 @@ pub(super) fn lines(report: &Value) -> Option<Vec<String>> {
         count("seed"),
         outcome.replace('_', " ")
     )];
+    let description = report.get("description").and_then(Value::as_str);
+    lines.extend(description.filter(|_| count("steps") == 0).map(str::to_owned));
     if let Some(bound) = report.get("bound").and_then(Value::as_str) {
         lines.push(format!("the search ended at its bound {bound}"));
     }
@@ -104,7 +106,7 @@ mod tests {
     fn a_report_without_a_plan_names_place_and_reason() {
         let report = json!({
             "outcome": "budget_exhausted", "bound": "work_max", "scenario": "s", "robot": "r",
-            "world": "w", "seed": 7, "steps": 0, "work": 9,
+            "world": "w", "seed": 7, "steps": 0, "work": 9, "description": "no plan: raise it",
             "diagnosis": {
                 "used_straight_line": true, "bottleneck": { "xyz": [1.0, 2.0, 0.5], "failures": 3 },
                 "rejections": { "balance": 5, "collision": 8, "torque": 0 },
@@ -112,10 +114,11 @@ mod tests {
         });
         let lines = lines(&report).unwrap();
         assert_eq!(lines[0], "s with r in world w, seed 7: budget exhausted");
-        assert_eq!(lines[1], "the search ended at its bound work_max");
-        assert!(lines[3].contains("3, failed near (1.00, 2.00, 0.50)"), "{}", lines[3]);
-        assert!(lines[4].starts_with("rejected 8 times, collision"), "{}", lines[4]);
-        assert_eq!(lines.len(), 6);
+        assert_eq!(lines[1], "no plan: raise it");
+        assert_eq!(lines[2], "the search ended at its bound work_max");
+        assert!(lines[4].contains("3, failed near (1.00, 2.00, 0.50)"), "{}", lines[4]);
+        assert!(lines[5].starts_with("rejected 8 times, collision"), "{}", lines[5]);
+        assert_eq!(lines.len(), 7);
         assert_eq!(super::lines(&json!({ "x": 1 })), None);
     }
 }

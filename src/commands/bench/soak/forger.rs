@@ -82,23 +82,39 @@ impl Forger {
         self.received[0].map(|feedback| (feedback.walked, feedback.finished == 1))
     }
 
-    /// Sends one forged or repeated message; `false` if there is nothing to repeat yet.
-    pub(crate) fn disturb(&self, random: &mut Random) -> bool {
-        let Some(last) = self.received[0] else { return false };
-        match random.below(5) {
-            0 => self.forge(Feedback {
-                verdict: Verdict::Refused as u32,
-                check: Check::Torque as u32,
-                refused_sequence: last.next_sequence,
-                ..last
-            }),
-            1 => self.forge(Feedback { next_sequence: last.next_sequence + 1, ..last }),
-            2 => self.forge(Feedback { controller_id: OTHER_CONTROLLER, ..last }),
-            3 => self.received[1].is_some_and(|before| self.forge(before)),
-            _ => {
-                self.last_chunk.as_ref().is_some_and(|chunk| self.chunks.send_copy(**chunk).is_ok())
+    /// Sends one forged or repeated message and says which; nothing if there is nothing to repeat
+    /// yet.
+    pub(crate) fn disturb(&self, random: &mut Random) -> Option<&'static str> {
+        let last = self.received[0]?;
+        let (has_sent, event) = match random.below(5) {
+            0 => {
+                let refusal = Feedback {
+                    verdict: Verdict::Refused as u32,
+                    check: Check::Torque as u32,
+                    refused_sequence: last.next_sequence,
+                    ..last
+                };
+                (self.forge(refusal), "refusal forged")
             }
-        }
+            1 => {
+                let next_sequence = last.next_sequence + 1;
+                (self.forge(Feedback { next_sequence, ..last }), "acceptance forged")
+            }
+            2 => {
+                let other = Feedback { controller_id: OTHER_CONTROLLER, ..last };
+                (self.forge(other), "other controller forged")
+            }
+            3 => {
+                let repeat = |before| self.forge(before);
+                (self.received[1].is_some_and(repeat), "feedback repeated")
+            }
+            _ => {
+                let chunk = self.last_chunk.as_ref();
+                let repeat = |chunk: &Box<PlanChunk>| self.chunks.send_copy(**chunk).is_ok();
+                (chunk.is_some_and(repeat), "chunk repeated")
+            }
+        };
+        has_sent.then_some(event)
     }
 
     fn forge(&self, feedback: Feedback) -> bool {

@@ -78,6 +78,8 @@ impl ServingProcesses {
         let has_fault = self.fault(random, faults, &mut client)?;
         let Some(code) = wait(&mut client) else {
             harm.hung += 1;
+            let fault = if has_fault { "with" } else { "without" };
+            terminal::print_note(&format!("the request of {goal} {fault} a fault does not end"));
             return Ok(());
         };
         match code {

@@ -8,12 +8,33 @@ const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The child of a process that runs this subcommand of `surefoot`.
 pub(crate) fn child_of(process: u32, subcommand: &str) -> Option<libc::pid_t> {
-    let children = fs::read_to_string(format!("/proc/{process}/task/{process}/children")).ok()?;
-    let is_role = |child: &&str| {
-        let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-        line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
+    children_of(process).into_iter().find(|child| subcommand_of(*child) == subcommand)
+}
+
+/// A process and its children: number, subcommand and state (`S` sleeps, `R` runs, `Z` has ended).
+pub(crate) fn family_of(process: u32) -> String {
+    let process = libc::pid_t::try_from(process).unwrap_or(libc::pid_t::MAX);
+    let family = std::iter::once(process).chain(children_of(process.unsigned_abs()));
+    let member = |process| {
+        let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+        let state = stat.rsplit(')').next().and_then(|rest| rest.split_whitespace().next());
+        format!("{process} {} {}", subcommand_of(process), state.unwrap_or("gone"))
     };
-    children.split_whitespace().find(is_role)?.parse().ok()
+    family.map(member).collect::<Vec<_>>().join(", ")
+}
+
+fn children_of(process: u32) -> Vec<libc::pid_t> {
+    let children = fs::read_to_string(format!("/proc/{process}/task/{process}/children"));
+    let parsed = |children: String| {
+        children.split_whitespace().filter_map(|child| child.parse().ok()).collect()
+    };
+    children.map(parsed).unwrap_or_default()
+}
+
+fn subcommand_of(process: libc::pid_t) -> String {
+    let line = fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
+    let argument = line.split(|byte| *byte == 0).nth(1).unwrap_or_default();
+    String::from_utf8_lossy(argument).into_owned()
 }
 
 /// Sends a signal; `false` if the process does not exist.

@@ -60,7 +60,7 @@ impl WalkSettings<'_> {
     /// Walks the scenario without faults.
     pub(crate) fn undisturbed(&self) -> Result<Undisturbed, CommandError> {
         let mut child = self.start(&Disturbances::default())?;
-        let code = wait(&mut child);
+        let code = wait(&mut child, &mut FaultLog::new());
         let report = self.read_report();
         match (code, report["chunks"]["accepted"].as_u64()) {
             (Some(0), Some(chunks)) => Ok(Undisturbed { digest: report["digest"].clone(), chunks }),
@@ -89,8 +89,10 @@ impl WalkSettings<'_> {
         let mut child = self.start(&disturbances)?;
         let name = format!("walk-{}", child.id());
         let before = *faults;
-        let walked = inject(&mut child, &name, random, faults);
-        let code = wait(&mut child);
+        let mut log = FaultLog::new();
+        let walked = inject(&mut child, &name, random, (faults, &mut log));
+        let code = wait(&mut child, &mut log);
+        let known = *harm;
         harm.left_over += traces::left_over(&name).len() as u64;
         let is_forged = faults.messages > before.messages;
         let is_interrupted = faults.interrupts > before.interrupts;
@@ -106,11 +108,14 @@ impl WalkSettings<'_> {
             Some(INTERRUPTED_CODE) if is_interrupted => {}
             _ if is_error && self.error_text().contains("answer as this instance's controller") => {
             }
-            _ => {
-                harm.wrong_ends += 1;
-                let error = self.error_text();
-                terminal::print_note(&format!("{name} ends with {code:?}: {error}"));
-            }
+            _ => harm.wrong_ends += 1,
+        }
+        if *harm != known {
+            let Disturbances { disturb, late } = disturbances;
+            let (events, error) = (log.events.join(", "), self.error_text());
+            terminal::print_note(&format!(
+                "{name} (disturb {disturb:?}, late {late:?}) ends with {code:?}: {error}\n  {events}"
+            ));
         }
         Ok(())
     }
@@ -174,12 +179,33 @@ fn compare(
     }
 }
 
+/// What a walk suffers, reported if it comes to harm.
+struct FaultLog {
+    watch: Stopwatch,
+    events: Vec<String>,
+}
+
+impl FaultLog {
+    /// Begins now.
+    fn new() -> Self {
+        Self { watch: Stopwatch::start(), events: Vec::new() }
+    }
+
+    /// Counts an event that has happened.
+    fn count(&mut self, has_happened: bool, count: &mut u64, event: &str) {
+        if has_happened {
+            *count += 1;
+            self.events.push(format!("{:.3} s: {event}", self.watch.seconds()));
+        }
+    }
+}
+
 /// Injects faults until the walk ends or has [`FAULTS_MAX`]; returns the robot's last progress.
 fn inject(
     child: &mut Child,
     name: &str,
     random: &mut Random,
-    faults: &mut Faults,
+    (faults, log): (&mut Faults, &mut FaultLog),
 ) -> Option<(u64, bool)> {
     let mut forger = None;
     for _ in 0..FAULTS_MAX {
@@ -196,26 +222,30 @@ fn inject(
         }
         let role = ["plan", "control"][random.below(2) as usize];
         match random.below(9) {
-            0..=2 => faults.kills += u64::from(signal(child, role, libc::SIGKILL)),
+            0..=2 => {
+                let has_killed = signal(child, role, libc::SIGKILL);
+                log.count(has_killed, &mut faults.kills, &format!("{role} killed"));
+            }
             3 | 4 => {
                 let has_stopped = signal(child, role, libc::SIGSTOP);
                 std::thread::sleep(Duration::from_millis(random.below(STOP_MILLIS_MAX)));
                 signal(child, role, libc::SIGCONT);
-                faults.stops += u64::from(has_stopped);
+                log.count(has_stopped, &mut faults.stops, &format!("{role} went on after a stop"));
             }
             5 if random.below(4) == 0 => {
                 let process = libc::pid_t::try_from(child.id()).unwrap_or(libc::pid_t::MAX);
-                faults.interrupts += u64::from(traces::signal(process, libc::SIGINT));
+                let has_interrupted = traces::signal(process, libc::SIGINT);
+                log.count(has_interrupted, &mut faults.interrupts, "the walk interrupted");
             }
             _ => {
-                let has_sent = forger.as_ref().is_some_and(|forger| forger.disturb(random));
-                faults.messages += u64::from(has_sent);
+                let forged = forger.as_ref().and_then(|forger| forger.disturb(random));
+                let event = forged.unwrap_or_default();
+                log.count(forged.is_some(), &mut faults.messages, event);
             }
         }
     }
     let mut forger = forger?;
-    let watch = Stopwatch::start();
-    while is_running(child) && watch.seconds() < WALK_SECONDS_MAX {
+    while is_running(child) && log.watch.seconds() < WALK_SECONDS_MAX {
         forger.listen_for(Duration::from_millis(5));
     }
     forger.walked()
@@ -229,11 +259,12 @@ fn is_running(child: &mut Child) -> bool {
     matches!(child.try_wait(), Ok(None))
 }
 
-/// Waits for the end of a walk; returns its exit code, or kills it after [`WALK_SECONDS_MAX`].
-fn wait(child: &mut Child) -> Option<i32> {
-    let watch = Stopwatch::start();
+/// Waits for the end of a walk; returns its exit code, or kills it [`WALK_SECONDS_MAX`] after its
+/// start.
+fn wait(child: &mut Child, log: &mut FaultLog) -> Option<i32> {
     while is_running(child) {
-        if watch.seconds() > WALK_SECONDS_MAX {
+        if log.watch.seconds() > WALK_SECONDS_MAX {
+            log.events.push(format!("at the end: {}", traces::family_of(child.id())));
             // Fails only if it has just ended.
             let _ = child.kill();
             let _ = child.wait();
