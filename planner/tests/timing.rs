@@ -26,7 +26,7 @@ use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
-use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
 use surefoot_shared_types::message::{Contact, Interpolation, Ramp, Waypoint};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
@@ -126,8 +126,12 @@ fn the_power_of_a_motion_is_the_change_of_its_energy() {
     }
 }
 
+fn execution() -> ExecutionConfig {
+    ExecutionConfig { share: SHARE, ..ExecutionConfig::default() }
+}
+
 fn timing_of(model: &RobotModel, walk: &SmoothWalk) -> PathTiming {
-    let limits = TimingLimits::new(model, SHARE, FRICTION, &CheckerConfig::default());
+    let limits = TimingLimits::new(model, &execution(), FRICTION, &CheckerConfig::default());
     PathTiming::new(TimedRobot::new(model, limits), walk.points.len() + walk.spans.len())
 }
 
@@ -499,6 +503,8 @@ fn every_chunk_holds_a_stop_within_the_limits() {
             println!("{index} {begin:.3}..{end:.3} {stop:?}");
             let rest = stop.brake_at + 0.5 * stop.brake_duration;
             assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);
+            let shortest = stop.brake_duration.min(stop.resume_duration);
+            assert!(shortest >= execution().ramp_seconds_min || rest == timing.law().end());
             longest = longest.max(stop.brake_duration);
             latest = latest.min(stop.brake_at - begin);
             let ramps = [
@@ -527,5 +533,5 @@ fn every_chunk_holds_a_stop_within_the_limits() {
         }
     }
     println!("longest {longest:.3} s, least wait {latest:.3} s");
-    assert!(longest < 2.0, "{longest}");
+    assert!(longest < 2.5, "{longest}");
 }

@@ -14,15 +14,17 @@ use surefoot_planner::timing::limits::TimingLimits;
 use surefoot_planner::timing::path_point::Path;
 use surefoot_planner::timing::path_timing::PathTiming;
 use surefoot_planner::timing::timed_robot::TimedRobot;
-use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
 
 #[test]
 fn timing_allocates_no_memory() {
     let model = common::hubo();
     let walk = smooth_walk(&model, 2, 0.12);
     let path = Path { points: &walk.points, spans: &walk.spans };
-    let robot =
-        TimedRobot::new(&model, TimingLimits::new(&model, 0.8, 0.6, &CheckerConfig::default()));
+    let robot = TimedRobot::new(
+        &model,
+        TimingLimits::new(&model, &ExecutionConfig::default(), 0.6, &CheckerConfig::default()),
+    );
     let mut timing = PathTiming::new(robot, walk.points.len() + walk.spans.len());
     let before = allocations::count();
     let mut brake_after = 0.0;

@@ -8,9 +8,7 @@ use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::base::comparison::is_at_most;
 use crate::check::allowed_pairs::SelfPair;
-use crate::check::continuous_collision::{
-    BodyPair, ContinuousCollision, OtherBody, overlap_violation,
-};
+use crate::check::continuous_collision::{BodyPair, ContinuousCollision, overlap_violation};
 use crate::check::motion::Sample;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::{Case, Violation};
@@ -30,7 +28,6 @@ pub struct CollisionModel {
     robot: Vec<CollisionBody>,
     world: Vec<CollisionBody>,
     world_poses: Vec<SolidPose>,
-    lever_arms: Vec<LeverArms>,
     self_pairs: Vec<BodyPair>,
     world_pairs: Vec<BodyPair>,
 }
@@ -43,16 +40,17 @@ impl CollisionModel {
         robot: Vec<CollisionBody>,
         world: Vec<CollisionBody>,
     ) -> Self {
-        let lever_arms = robot.iter().map(|body| LeverArms::new(model, body)).collect();
-        let self_pairs = pairs.iter().map(BodyPair::of_robot).collect();
+        let lever_arms: Vec<LeverArms> =
+            robot.iter().map(|body| LeverArms::new(model, body)).collect();
+        let self_pairs = pairs.iter().map(|pair| BodyPair::of_robot(pair, &lever_arms)).collect();
         let is_foot =
             |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
         let world_pairs = (0..robot.len()).flat_map(|i| (0..world.len()).map(move |k| (i, k)));
         let world_pairs = world_pairs
-            .map(|(i, k)| BodyPair::new(i, OtherBody::World(k), !is_foot(robot[i].link)))
+            .map(|(i, k)| BodyPair::of_world((i, &lever_arms[i]), k, !is_foot(robot[i].link)))
             .collect();
         let world_poses = world.iter().map(|body| SolidPose::new(body, &Pose::IDENTITY)).collect();
-        Self { robot, world, world_poses, lever_arms, self_pairs, world_pairs }
+        Self { robot, world, world_poses, self_pairs, world_pairs }
     }
 
     /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which
@@ -117,7 +115,6 @@ impl CollisionModel {
             robot: &self.robot,
             world: &self.world,
             world_poses: &self.world_poses,
-            lever_arms: &self.lever_arms,
             pairs,
             check,
             penetration_max,
@@ -187,23 +184,12 @@ mod tests {
 
     use super::*;
     use crate::check::motion::{Change, SampledMotion, Spacing};
-    use crate::check_robot::{at, robot, waypoint, world};
+    use crate::check_robot::{at, mesh, robot, waypoint, world};
     use crate::kinematics::forward::Configuration;
-
-    /// A closed box as a mesh, 0.2 m wide.
-    fn block() -> Shape {
-        let corner = |i: u32| {
-            DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 0.2 - 0.1
-        };
-        let quads =
-            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let halves = |q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]];
-        let triangles = quads.iter().flat_map(halves).collect();
-        Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source: None }
-    }
 
     #[test]
     fn the_middle_of_a_link_may_not_lie_inside_a_closed_mesh() {
+        let block = || mesh([0.1; 3], 1);
         let inside = |place: Pose, shape: Shape| {
             let model = robot();
             let bodies = CollisionBody::of_robot(&model).unwrap();

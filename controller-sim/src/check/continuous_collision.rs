@@ -40,6 +40,8 @@ pub struct BodyPair {
     pub body: usize,
     /// The body that it must not overlap.
     pub other_body: OtherBody,
+    /// The bodies' lever arms against each other.
+    lever_arms: LeverArms,
     /// Whether its distance counts as a margin; that of a foot and the world, on which it comes to
     /// stand, does not.
     measured: bool,
@@ -54,17 +56,32 @@ pub struct BodyPair {
 }
 
 impl BodyPair {
-    /// A pair without a separating direction yet.
-    pub fn new(body: usize, other_body: OtherBody, measured: bool) -> Self {
-        let bound = f64::NEG_INFINITY;
-        Self { body, other_body, measured, allowed_depth: 0.0, walked: vec![], hint: None, bound }
+    /// A body of the robot and one of the world, without a separating direction yet.
+    pub fn of_world(
+        (body, lever_arms): (usize, &LeverArms),
+        other_body: usize,
+        measured: bool,
+    ) -> Self {
+        let other_body = OtherBody::World(other_body);
+        let lever_arms = lever_arms.clone();
+        let (allowed_depth, bound) = (0.0, f64::NEG_INFINITY);
+        let walked = Vec::new();
+        Self { body, other_body, lever_arms, measured, allowed_depth, walked, hint: None, bound }
     }
 
     /// Two bodies of the robot. If they may overlap, they have no distance to report.
-    pub fn of_robot(pair: &SelfPair) -> Self {
+    pub fn of_robot(pair: &SelfPair, lever_arms: &[LeverArms]) -> Self {
         let (body, other) = pair.bodies;
-        let clear = Self::new(body, OtherBody::Robot(other), pair.depth_max == 0.0);
-        Self { allowed_depth: pair.depth_max, walked: pair.walked.clone(), ..clear }
+        Self {
+            body,
+            other_body: OtherBody::Robot(other),
+            lever_arms: LeverArms::relative(&lever_arms[body], &lever_arms[other]),
+            measured: pair.depth_max == 0.0,
+            allowed_depth: pair.depth_max,
+            walked: pair.walked.clone(),
+            hint: None,
+            bound: f64::NEG_INFINITY,
+        }
     }
 
     /// The lowest signed distance allowed, m.
@@ -94,8 +111,6 @@ pub struct ContinuousCollision<'a> {
     pub world: &'a [CollisionBody],
     /// The poses of the world's bodies.
     pub world_poses: &'a [SolidPose],
-    /// Lever arms of the robot's bodies.
-    pub lever_arms: &'a [LeverArms],
     /// The pairs to keep apart.
     pub pairs: &'a mut [BodyPair],
     /// The check that an overlap violates.
@@ -105,11 +120,6 @@ pub struct ContinuousCollision<'a> {
     /// A lower bound on the smallest distance so far, less by at most half of [`RESOLUTION`] or of
     /// [`MARGIN_SHARE`] of it, m; where links touch or overlap, the smallest measured one.
     pub worst: f64,
-}
-
-/// The poses of the robot's bodies at an instant.
-struct BodyPoses {
-    robot: Vec<SolidPose>,
 }
 
 /// A part of the motion between two waypoints.
@@ -122,9 +132,17 @@ struct Interval<'a> {
     to: f64,
 }
 
-impl Interval<'_> {
-    fn is_whole(&self) -> bool {
-        self.from == 0.0 && self.to == 1.0
+/// A pair and its distances (m) at both ends of an interval.
+struct EndDistances {
+    pair: usize,
+    at_start: f64,
+    at_end: f64,
+}
+
+impl EndDistances {
+    /// A lower bound on the distance over an interval in which the pair moves by `displacement`, m.
+    fn lowest(&self, displacement: f64) -> f64 {
+        0.5 * (self.at_start + self.at_end - displacement)
     }
 }
 
@@ -138,14 +156,14 @@ impl ContinuousCollision<'_> {
         for pair in self.pairs.iter_mut() {
             pair.bound = f64::NEG_INFINITY;
         }
-        let mut before: Option<BodyPoses> = None;
+        let mut before: Option<Posture> = None;
         for (waypoint, end) in configurations.iter().enumerate() {
             heartbeat();
-            let poses = self.place(end);
+            let posture = Posture::new(self.model, end);
             // A single waypoint is an interval without motion.
             let (previous, start) = match (&before, waypoint.checked_sub(1)) {
                 (Some(previous), Some(index)) => (previous, &configurations[index]),
-                _ => (&poses, end),
+                _ => (&posture, end),
             };
             if before.is_some() || configurations.len() == 1 {
                 let interval = Interval {
@@ -157,9 +175,9 @@ impl ContinuousCollision<'_> {
                 };
                 let displacements = self.displacements(&interval, &Change::between(start, end))?;
                 let near = self.pairs_to_measure(&interval, &displacements);
-                self.clear(&interval, (previous, &poses), &displacements, &near)?;
+                self.clear_step(&interval, (previous, &posture), &displacements, &near)?;
             }
-            before = Some(poses);
+            before = Some(posture);
         }
         Ok(())
     }
@@ -181,21 +199,10 @@ impl ContinuousCollision<'_> {
         near
     }
 
-    fn place(&self, configuration: &Configuration) -> BodyPoses {
-        let posture = Posture::new(self.model, configuration);
-        let placed = |body: &CollisionBody| {
-            SolidPose::new(
-                body,
-                &body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]),
-            )
-        };
-        BodyPoses { robot: self.robot.iter().map(placed).collect() }
-    }
-
     /// The motion of each pair; each finite, so that halving it ends.
     fn displacements(&self, interval: &Interval, change: &Change) -> Result<Vec<f64>, Violation> {
         let displacements: Vec<f64> =
-            self.pairs.iter().map(|pair| self.displacement(pair, change)).collect();
+            self.pairs.iter().map(|pair| pair.lever_arms.displacement_max(change)).collect();
         match displacements.iter().find(|displacement| !is_below(**displacement, f64::INFINITY)) {
             Some(displacement) => Err(Violation::new(
                 self.check,
@@ -206,89 +213,78 @@ impl ContinuousCollision<'_> {
         }
     }
 
-    fn displacement(&self, pair: &BodyPair, change: &Change) -> f64 {
-        match pair.other_body {
-            OtherBody::World(_) => self.lever_arms[pair.body].displacement_max(change),
-            OtherBody::Robot(other) => self.lever_arms[pair.body]
-                .relative_displacement_max(&self.lever_arms[other], change),
-        }
-    }
-
-    /// Clears the given pairs over an interval. `displacements` holds their displacements over the
-    /// whole step between the waypoints.
-    fn clear(
+    /// Clears the given pairs over a whole step between two waypoints, in which they move by
+    /// `displacements` (m). The distance at its start is measured where its bound is not enough.
+    fn clear_step(
         &mut self,
         interval: &Interval,
-        ends: (&BodyPoses, &BodyPoses),
+        ends: (&Posture, &Posture),
         displacements: &[f64],
         pairs: &[usize],
     ) -> Result<(), Violation> {
         let mut in_doubt = Vec::new();
         for &pair in pairs {
-            let displacement = displacements[pair] * (interval.to - interval.from);
-            if !self.is_clear(interval, ends, pair, displacement)? {
-                in_doubt.push(pair);
+            let (displacement, known) = (displacements[pair], self.pairs[pair].bound);
+            let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
+            self.pairs[pair].bound = at_end;
+            let bound = EndDistances { pair, at_start: known, at_end };
+            if !self.is_enough(&bound, displacement) {
+                let at_start = self.distance(interval.waypoint, ends.0, pair, displacement)?;
+                in_doubt.push(EndDistances { at_start, ..bound });
             }
         }
-        if in_doubt.is_empty() {
+        self.clear(interval, displacements, in_doubt)
+    }
+
+    /// Clears pairs over an interval. `displacements` holds the displacements of all pairs over the
+    /// whole step between the waypoints.
+    fn clear(
+        &mut self,
+        interval: &Interval,
+        displacements: &[f64],
+        mut pairs: Vec<EndDistances>,
+    ) -> Result<(), Violation> {
+        let share = interval.to - interval.from;
+        pairs.retain(|ends| !self.is_clear(ends, share * displacements[ends.pair]));
+        if pairs.is_empty() {
             return Ok(());
         }
         let middle = 0.5 * (interval.from + interval.to);
-        let poses = self.place(&interval.start.towards(interval.end, middle));
-        self.clear(
-            &Interval { to: middle, ..*interval },
-            (ends.0, &poses),
-            displacements,
-            &in_doubt,
-        )?;
-        self.clear(
-            &Interval { from: middle, ..*interval },
-            (&poses, ends.1),
-            displacements,
-            &in_doubt,
-        )
+        let posture = Posture::new(self.model, &interval.start.towards(interval.end, middle));
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        for EndDistances { pair, at_start, at_end } in pairs {
+            let displacement = 0.5 * share * displacements[pair];
+            let here = self.distance(interval.waypoint, &posture, pair, displacement)?;
+            before.push(EndDistances { pair, at_start, at_end: here });
+            after.push(EndDistances { pair, at_start: here, at_end });
+        }
+        self.clear(&Interval { to: middle, ..*interval }, displacements, before)?;
+        self.clear(&Interval { from: middle, ..*interval }, displacements, after)
+    }
+
+    /// Whether the distances at the ends of an interval show that a pair stays clear in it, and no
+    /// nearer than the smallest distance so far.
+    fn is_enough(&self, ends: &EndDistances, displacement: f64) -> bool {
+        let needed = self.pairs[ends.pair].needed(self.penetration_max, self.worst);
+        is_at_most(needed, ends.lowest(displacement))
     }
 
     /// Whether a pair stays clear over an interval in which it moves by `displacement` (m), and its
     /// distance there is known as far as it counts.
-    fn is_clear(
-        &mut self,
-        interval: &Interval,
-        ends: (&BodyPoses, &BodyPoses),
-        pair: usize,
-        displacement: f64,
-    ) -> Result<bool, Violation> {
-        let (deepest, known) =
-            (self.pairs[pair].deepest(self.penetration_max), self.pairs[pair].bound);
-        let is_known = interval.is_whole() && is_at_most(deepest, known);
-        let at_start = if is_known {
-            known
-        } else {
-            self.distance(interval.waypoint, ends.0, pair, displacement)?
-        };
-        let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
-        let lowest = 0.5 * (at_start + at_end - displacement);
-        if is_at_most(self.pairs[pair].needed(self.penetration_max, self.worst), lowest) {
-            return Ok(true);
+    fn is_clear(&mut self, ends: &EndDistances, displacement: f64) -> bool {
+        if self.is_enough(ends, displacement) {
+            return true;
         }
+        let lowest = ends.lowest(displacement);
+        let deepest = self.pairs[ends.pair].deepest(self.penetration_max);
         let coarse = if is_at_most(deepest, lowest) { MARGIN_SHARE * self.worst } else { 0.0 };
         if !is_at_most(displacement, RESOLUTION.max(coarse)) {
-            return Ok(false);
+            return false;
         }
-        // The bound may be less than the distance.
-        let (at_start, at_end) = if is_known {
-            (
-                self.distance(interval.waypoint, ends.0, pair, displacement)?,
-                self.distance(interval.waypoint, ends.1, pair, displacement)?,
-            )
-        } else {
-            (at_start, at_end)
-        };
-        let lowest = 0.5 * (at_start + at_end - displacement);
         // Bodies that touch or overlap are as deep as measured.
-        let measured = at_start.min(at_end).min(0.0);
-        self.record(pair, lowest.max(measured));
-        Ok(true)
+        let measured = ends.at_start.min(ends.at_end).min(0.0);
+        self.record(ends.pair, lowest.max(measured));
+        true
     }
 
     /// The distance of a pair, or a bound that is enough to clear a motion of length
@@ -296,15 +292,15 @@ impl ContinuousCollision<'_> {
     fn distance(
         &mut self,
         waypoint: usize,
-        poses: &BodyPoses,
+        posture: &Posture,
         index: usize,
         displacement: f64,
     ) -> Result<f64, Violation> {
         let pair = &self.pairs[index];
-        let (body, placed) = (&self.robot[pair.body], &poses.robot[pair.body]);
+        let (body, placed) = self.placed(posture, pair.body);
         let (other, there) = match pair.other_body {
-            OtherBody::Robot(other) => (&self.robot[other], &poses.robot[other]),
-            OtherBody::World(other) => (&self.world[other], &self.world_poses[other]),
+            OtherBody::Robot(other) => self.placed(posture, other),
+            OtherBody::World(other) => (&self.world[other], self.world_poses[other]),
         };
         let needed = if pair.measured { displacement.max(self.worst) } else { displacement };
         let enough = needed + LOOK_AHEAD * displacement;
@@ -313,7 +309,7 @@ impl ContinuousCollision<'_> {
         });
         let stands_on = matches!(pair.other_body, OtherBody::World(_)) && !pair.measured;
         let separation = if stands_on { solid_separation } else { body_separation };
-        let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
+        let found = separation((&body.solid, &placed), (&other.solid, &there), hint, enough);
         let deepest = pair.deepest(self.penetration_max);
         if !is_at_most(deepest, found.distance) {
             let (bodies, is_near) = ((body, other), !pair.walked.is_empty());
@@ -325,9 +321,15 @@ impl ContinuousCollision<'_> {
             return Err(violation);
         }
         self.record(index, found.distance);
-        let pair = &mut self.pairs[index];
-        (pair.hint, pair.bound) = (Some(found.direction), found.distance);
+        self.pairs[index].hint = Some(found.direction);
         Ok(found.distance)
+    }
+
+    /// A body of the robot and its pose.
+    fn placed(&self, posture: &Posture, body: usize) -> (&CollisionBody, SolidPose) {
+        let body = &self.robot[body];
+        let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
+        (body, SolidPose::new(body, &pose))
     }
 
     /// Lowers the smallest distance to that of a pair, if its distance counts.
@@ -358,6 +360,7 @@ pub fn overlap_violation(
 
 #[cfg(test)]
 mod tests {
+    use surefoot_shared_types::Shape;
     use surefoot_shared_types::message::Waypoint;
     use surefoot_shared_types::robot::model::RobotModel;
     use surefoot_shared_types::world::world::World;
@@ -365,8 +368,9 @@ mod tests {
     use super::*;
     use crate::check::allowed_pairs::self_pairs;
     use crate::check::tuning::DISTANCE_CAP;
-    use crate::check_robot::{at, box_of, randoms, robot, waypoint, world};
+    use crate::check_robot::{at, box_of, mesh, randoms, robot, waypoint, world};
     use crate::geometry::separation::separation;
+    use crate::geometry::solid::Solid;
 
     const PENETRATION_MAX: f64 = 2e-3;
     /// By how much distances may be smaller between the samples of a motion, m.
@@ -387,25 +391,25 @@ mod tests {
             let robot = CollisionBody::of_robot(&model).unwrap();
             let world = CollisionBody::of_world(world).unwrap();
             let poses = world.iter().map(|body| SolidPose::new(body, &Pose::IDENTITY)).collect();
+            let lever_arms: Vec<LeverArms> =
+                robot.iter().map(|body| LeverArms::new(&model, body)).collect();
             let pairs: Vec<BodyPair> = if of_robot {
-                self_pairs(&model, &robot).iter().map(BodyPair::of_robot).collect()
+                let pairs = self_pairs(&model, &robot).into_iter();
+                pairs.map(|pair| BodyPair::of_robot(&pair, &lever_arms)).collect()
             } else {
                 let pairs = (0..robot.len()).flat_map(|a| (0..world.len()).map(move |b| (a, b)));
-                pairs.map(|(a, b)| BodyPair::new(a, OtherBody::World(b), true)).collect()
+                pairs.map(|(a, b)| BodyPair::of_world((a, &lever_arms[a]), b, true)).collect()
             };
             Self { model, robot, world, poses, pairs }
         }
 
         /// The smallest distance by the check, or that at which it is refused.
         fn checked(&mut self, configurations: &[Configuration]) -> Result<f64, Violation> {
-            let lever_arms: Vec<LeverArms> =
-                self.robot.iter().map(|body| LeverArms::new(&self.model, body)).collect();
             let mut collision = ContinuousCollision {
                 model: &self.model,
                 robot: &self.robot,
                 world: &self.world,
                 world_poses: &self.poses,
-                lever_arms: &lever_arms,
                 pairs: &mut self.pairs,
                 check: Check::Collision,
                 penetration_max: PENETRATION_MAX,
@@ -483,6 +487,66 @@ mod tests {
             );
         }
         assert!(clear > 15 && refused > 15, "{clear} {refused}");
+    }
+
+    /// A meshed slab whose top is at `height` (m), with a tower 0.5 m beside it, in one mesh.
+    fn slab_and_tower(height: f64) -> Shape {
+        let [slab, tower] = [mesh([0.3, 0.3, 0.1], 1), mesh([0.1, 0.1, 0.5], 1)];
+        let (Shape::Mesh { vertices, triangles, source }, Shape::Mesh { vertices: more, .. }) =
+            (slab, tower)
+        else {
+            unreachable!()
+        };
+        let below = DVec3::Z * (height - 0.1);
+        let beside = below + DVec3::X * 0.5;
+        let after = vertices.len() as u32;
+        let of_tower = triangles.iter().map(|corners| corners.map(|corner| corner + after));
+        Shape::Mesh {
+            triangles: triangles.iter().copied().chain(of_tower).collect(),
+            vertices: vertices
+                .iter()
+                .map(|at| *at + below)
+                .chain(more.iter().map(|at| *at + beside))
+                .collect(),
+            source,
+        }
+    }
+
+    #[test]
+    fn only_a_foot_stands_on_a_mesh_within_the_box_around_it() {
+        // The right sole, the robot's body 4, reaches so far into the slab. The boxes around both
+        // overlap by the sole's 40 mm.
+        let check = |depth: f64, change: &dyn Fn(&mut Scene) -> BodyPair| {
+            let stairs = world(vec![("stairs", Pose::IDENTITY, slab_and_tower(depth))]);
+            let mut scene = Scene::new(&stairs, false);
+            scene.robot[4].solid = Solid::new(&mesh([0.1, 0.05, 0.02], 1)).unwrap();
+            scene.pairs = vec![change(&mut scene)];
+            scene.checked(&[Configuration::of_waypoint(&waypoint(0.0, 0.0, 0.0), 4)])
+        };
+        let on_world = |measured: bool| {
+            move |scene: &mut Scene| {
+                let lever_arms = LeverArms::new(&scene.model, &scene.robot[4]);
+                BodyPair::of_world((4, &lever_arms), 1, measured)
+            }
+        };
+        check(3e-4, &on_world(false)).unwrap();
+        check(5e-3, &on_world(false)).unwrap_err();
+        check(3e-4, &on_world(true)).unwrap_err();
+        // A link of the robot is no ground either, also where it may be touched.
+        let on_robot = |scene: &mut Scene| {
+            let frame_from_solid = at(0.0, 0.0, -0.9);
+            scene.robot.push(CollisionBody {
+                link: Some(0),
+                frame_from_solid,
+                ..scene.world[1].clone()
+            });
+            let bodies = (4, scene.robot.len() - 1);
+            let lever_arms: Vec<LeverArms> =
+                scene.robot.iter().map(|body| LeverArms::new(&scene.model, body)).collect();
+            let (standing_depth, depth_max, walked) = (1e-3, 1e-3, vec![]);
+            BodyPair::of_robot(&SelfPair { bodies, standing_depth, depth_max, walked }, &lever_arms)
+        };
+        check(3e-4, &on_robot).unwrap_err();
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Upper bounds, valid in every configuration, on the displacement of a body's points during a
 //! motion of the joints.
 
-use surefoot_shared_types::robot::model::{JointKind, RobotModel};
+use surefoot_shared_types::robot::model::{JointIndex, JointKind, RobotModel};
 
 use crate::check::motion::Change;
 use crate::geometry::body::CollisionBody;
@@ -9,27 +9,27 @@ use crate::geometry::body::CollisionBody;
 /// The longest lever arms of a body about the joints that carry it.
 #[derive(Debug, Clone)]
 pub struct LeverArms {
-    /// About the root, m.
-    root: f64,
-    /// About each joint (m per rad, or 1 for a prismatic one); 0 for joints that do not carry the
-    /// body.
-    joints: Vec<f64>,
+    /// About the root, m; `None` relative to another body, which the root moves as well.
+    root: Option<f64>,
+    /// The joints that carry the body, with the lever arm about each (m per rad, or 1 for a
+    /// prismatic one). The joint furthest from the root comes first.
+    joints: Vec<(JointIndex, f64)>,
 }
 
 impl LeverArms {
     /// The lever arms of a robot's body. No point is further from a joint than the sum of all
     /// offsets between them and the body's own reach.
     pub fn new(model: &RobotModel, body: &CollisionBody) -> Self {
-        let mut joints = vec![0.0; model.joints.len()];
+        let mut joints = Vec::new();
         let mut length = body.reach;
         let mut at = body.link;
         while let Some(attachment) = at.and_then(|link| model.links[link].parent.as_ref()) {
             if let Some(joint) = attachment.joint {
                 let joint_model = &model.joints[joint];
                 match joint_model.kind {
-                    JointKind::Revolute => joints[joint] = length,
+                    JointKind::Revolute => joints.push((joint, length)),
                     JointKind::Prismatic => {
-                        joints[joint] = 1.0;
+                        joints.push((joint, 1.0));
                         length += joint_model.lower.abs().max(joint_model.upper.abs());
                     }
                 }
@@ -37,22 +37,25 @@ impl LeverArms {
             length += attachment.parent_from_joint.translation.length();
             at = Some(attachment.parent);
         }
-        Self { root: length, joints }
+        Self { root: Some(length), joints }
     }
 
-    /// Upper bound on the displacement of any point of the body in the world during a change, m.
+    /// Those of two bodies relative to each other. Joints that carry both do not count.
+    pub fn relative(a: &Self, b: &Self) -> Self {
+        let is_apart = |(joint, _): &&(JointIndex, f64), other: &Self| {
+            other.joints.iter().all(|(carrying, _)| carrying != joint)
+        };
+        let of_a = a.joints.iter().filter(|arm| is_apart(arm, b));
+        let of_b = b.joints.iter().filter(|arm| is_apart(arm, a));
+        Self { root: None, joints: of_a.chain(of_b).copied().collect() }
+    }
+
+    /// Upper bound on the displacement of any point of the body during a change, m.
     pub fn displacement_max(&self, change: &Change) -> f64 {
         let by_joints: f64 =
-            self.joints.iter().zip(&change.joints).map(|(lever, step)| lever * step).sum();
-        change.root_position + self.root * change.root_rotation + by_joints
-    }
-
-    /// Upper bound on the displacement of any point of the body relative to another body, m.
-    /// Joints that carry both do not count.
-    pub fn relative_displacement_max(&self, other: &Self, change: &Change) -> f64 {
-        let lever_arms = self.joints.iter().zip(&other.joints);
-        let apart = lever_arms.map(|(&a, &b)| if a == 0.0 || b == 0.0 { a + b } else { 0.0 });
-        apart.zip(&change.joints).map(|(lever, step)| lever * step).sum()
+            self.joints.iter().map(|(joint, lever)| lever * change.joints[*joint]).sum();
+        let by_root = self.root.map(|lever| change.root_position + lever * change.root_rotation);
+        by_root.unwrap_or(0.0) + by_joints
     }
 }
 
@@ -102,13 +105,14 @@ mod tests {
         let moved = Change { root_position: 0.3, ..turned(ELBOW, 0.1) };
         assert!(near(forearm.displacement_max(&moved), 0.338));
         // Joints that carry both bodies do not move them against each other.
-        let relative = |change: &Change| forearm.relative_displacement_max(upper_arm, change);
+        let relative =
+            |change: &Change| LeverArms::relative(forearm, upper_arm).displacement_max(change);
         assert!(near(relative(&turned(ELBOW, 0.1)), 0.038));
         assert_eq!(relative(&turned(SHOULDER, 0.1)), 0.0);
         let leg = of_link(&arms, LEFT_LEG);
         let both = Change { joints: vec![0.1, 0.0, 0.1, 0.0], ..moved };
         let expected = 0.078 + leg.displacement_max(&turned(0, 0.1));
-        assert!(near(forearm.relative_displacement_max(leg, &both), expected));
+        assert!(near(LeverArms::relative(forearm, leg).displacement_max(&both), expected));
     }
 
     #[test]

@@ -232,6 +232,7 @@ mod tests {
     use surefoot_shared_types::Shape;
 
     use super::*;
+    use crate::check_robot::mesh;
 
     type Placed = (Solid, SolidPose);
 
@@ -244,31 +245,6 @@ mod tests {
 
     fn cuboid(half: [f64; 3]) -> Shape {
         Shape::Box { half_extents: half.into() }
-    }
-
-    /// A box as a closed mesh, each face of `count` by `count` squares.
-    fn mesh(half: [f64; 3], count: usize) -> Shape {
-        let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-        for axis in 0..3 {
-            for sign in [1.0, -1.0] {
-                let mut corner = |i: usize, k: usize| {
-                    let along = |k: usize| (2.0 * k as f64 - count as f64) / count as f64;
-                    let mut at = DVec3::ZERO;
-                    at[axis] = sign;
-                    (at[(axis + 1) % 3], at[(axis + 2) % 3]) = (along(i), sign * along(k));
-                    vertices.push(at * DVec3::from(half));
-                    vertices.len() as u32 - 1
-                };
-                for (i, k) in (0..count).flat_map(|i| (0..count).map(move |k| (i, k))) {
-                    let quad =
-                        [corner(i, k), corner(i + 1, k), corner(i + 1, k + 1), corner(i, k + 1)];
-                    triangles.push([quad[0], quad[1], quad[2]]);
-                    triangles.push([quad[0], quad[2], quad[3]]);
-                }
-            }
-        }
-        let source = None;
-        Shape::Mesh { vertices, triangles, source }
     }
 
     fn distance(a: &Placed, b: &Placed) -> f64 {

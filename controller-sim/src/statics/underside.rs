@@ -125,8 +125,12 @@ impl FineGrid {
     }
 
     fn at(&self, index: usize) -> DVec2 {
-        let cell = DVec2::new((index / self.height) as f64, (index % self.height) as f64);
-        self.low + FINE_SAMPLE_SPACING * cell
+        self.place(index / self.height, index % self.height)
+    }
+
+    /// The point in a column and a row.
+    fn place(&self, x: usize, y: usize) -> DVec2 {
+        self.low + FINE_SAMPLE_SPACING * DVec2::new(x as f64, y as f64)
     }
 
     fn cell(&self, at: DVec2) -> (usize, usize) {
@@ -162,11 +166,10 @@ impl FineGrid {
     /// The indices of all points of the foot within `radius` (m) of a position.
     pub(crate) fn within(&self, at: DVec2, radius: f64) -> impl Iterator<Item = usize> + '_ {
         let (first, last) = (self.cell(at - radius), self.cell(at + radius));
-        let cells = (first.0..=last.0)
-            .flat_map(move |x| (first.1..=last.1).map(move |y| x * self.height + y));
-        cells.filter(move |&index| {
-            self.heights[index].is_finite() && self.at(index).distance(at) <= radius
-        })
+        let cells = (first.0..=last.0).flat_map(move |x| (first.1..=last.1).map(move |y| (x, y)));
+        let is_near = move |(x, y): &(usize, usize)| self.place(*x, *y).distance(at) <= radius;
+        let indices = cells.filter(is_near).map(|(x, y)| x * self.height + y);
+        indices.filter(|&index| self.heights[index].is_finite())
     }
 }
 

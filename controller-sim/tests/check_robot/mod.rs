@@ -66,6 +66,30 @@ pub fn box_of(x: f64, y: f64, z: f64) -> Shape {
     Shape::Box { half_extents: DVec3::new(x, y, z) }
 }
 
+/// A box as a closed mesh, each face of `count` by `count` squares.
+pub fn mesh(half: [f64; 3], count: usize) -> Shape {
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for axis in 0..3 {
+        for sign in [1.0, -1.0] {
+            let mut corner = |i: usize, k: usize| {
+                let along = |k: usize| (2.0 * k as f64 - count as f64) / count as f64;
+                let mut at = DVec3::ZERO;
+                at[axis] = sign;
+                (at[(axis + 1) % 3], at[(axis + 2) % 3]) = (along(i), sign * along(k));
+                vertices.push(at * DVec3::from(half));
+                vertices.len() as u32 - 1
+            };
+            for (i, k) in (0..count).flat_map(|i| (0..count).map(move |k| (i, k))) {
+                let quad = [corner(i, k), corner(i + 1, k), corner(i + 1, k + 1), corner(i, k + 1)];
+                triangles.push([quad[0], quad[1], quad[2]]);
+                triangles.push([quad[0], quad[2], quad[3]]);
+            }
+        }
+    }
+    let source = None;
+    Shape::Mesh { vertices, triangles, source }
+}
+
 /// The root stands 0.9 m over the soles, which are 0.2 x 0.1 m, 0.2 m apart.
 pub fn robot() -> RobotModel {
     let leg = [

@@ -63,14 +63,19 @@ impl Leg {
             return Err(LegError::JointCount { foot: foot.name.clone(), joints: chain.len() });
         }
         let zero = zero_poses(model, &chain);
-        let joints: BoundedVec<_, LEG_JOINTS_MAX> =
+        let mut joints: BoundedVec<_, LEG_JOINTS_MAX> =
             chain.iter().map(|&index| LegJoint::new(model, &zero, index, joint_margin)).collect();
+        let ends = [joints[1].point, joints[joints.len() - 1].point];
+        let knee = joints.iter_mut().max_by(|a, b| a.bends_by(ends).total_cmp(&b.bends_by(ends)));
+        if let Some(knee) = knee {
+            knee.keep_bent(ends);
+        }
         let zero_root_from_sole = zero[foot.link] * foot.link_from_sole;
         let solver = match ClosedForm::detect(&joints, &zero_root_from_sole) {
             Some(closed_form) => Solver::ClosedForm(closed_form),
             None => Solver::Newton(Newton::new(&joints, &zero_root_from_sole, &model.standing_q)),
         };
-        let (hip, ankle) = (joints[1].point, joints[joints.len() - 1].point);
+        let [hip, ankle] = ends;
         let reach = joints[1..].windows(2).map(|pair| pair[0].point.distance(pair[1].point)).sum();
         let sole_from_ankle = zero_root_from_sole.inverse_transform_point(ankle);
         Ok(Self { joints, zero_root_from_sole, solver, hip, sole_from_ankle, reach })

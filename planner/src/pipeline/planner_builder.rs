@@ -343,7 +343,7 @@ impl<'a> PlannerBuilder<'a> {
     fn timing(&self, points_max: usize) -> Option<PathTiming> {
         let execution = &self.scenario.execution;
         let limits =
-            TimingLimits::new(self.model, execution.share, self.world.mu, &self.scenario.checker);
+            TimingLimits::new(self.model, execution, self.world.mu, &self.scenario.checker);
         (execution.motion == MotionKind::Smooth)
             .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
     }

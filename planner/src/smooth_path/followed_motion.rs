@@ -10,9 +10,12 @@ use crate::base::arena::reserve;
 use crate::robot::configuration::{Configuration, midway};
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
+use crate::smooth_path::limit_slack::{Kept, RootOffset};
 use crate::smooth_path::searched_motion::SearchedPhase;
 use crate::smooth_path::spline::{around, end_weights};
-use crate::smooth_path::tuning::{FOLLOWED_KEYS_MAX, FOLLOWED_KEYS_MIN, REFINEMENTS_MAX};
+use crate::smooth_path::tuning::{
+    FOLLOWED_KEYS_MAX, FOLLOWED_KEYS_MIN, FOLLOWED_TRIALS, REFINEMENTS_MAX, SLACK_KEYS,
+};
 
 /// A configuration of the searched motion, as a key of the spline.
 #[derive(Debug, Clone, Copy)]
@@ -47,16 +50,17 @@ impl FollowedMotion {
         }
     }
 
-    /// Takes the motion of a phase, at even places between its waypoints. The distance of two keys
-    /// is halved as often as `refinements`: the spline comes nearer to the motion. The soles of
-    /// feet that stand keep the poses in `stance`.
+    /// Takes the motion of a phase, at even places between its waypoints, in the way of one of
+    /// [`FOLLOWED_TRIALS`]. With more keys the spline comes nearer to the motion. The soles of feet
+    /// that stand keep the poses in `stance`.
     pub fn begin(
         &mut self,
         robot: &Mechanism,
         searched: &SearchedPhase<'_>,
         stance: [Option<Pose>; 2],
-        refinements: u8,
+        trial: u8,
     ) {
+        let (refinements, is_inside) = FOLLOWED_TRIALS[usize::from(trial)];
         self.keys.clear();
         let waypoints = searched.len();
         let count = waypoints.clamp(FOLLOWED_KEYS_MIN, FOLLOWED_KEYS_MAX) << refinements;
@@ -74,6 +78,26 @@ impl FollowedMotion {
                 [0, 1].map(|limb| stance[limb].unwrap_or(self.state.world_from_sole(robot, limb)));
             let com = self.state.com.truncate();
             self.keys.push(FollowedKey { configuration, com, world_from_soles: soles });
+        }
+        if is_inside {
+            self.move_inside(robot);
+        }
+    }
+
+    /// Moves the keys between both ends away from the limits of the legs' joints, beyond which the
+    /// spline may lead where the searched motion runs along them.
+    fn move_inside(&mut self, robot: &Mechanism) {
+        let Self { keys, state } = self;
+        let end = keys.len().saturating_sub(1);
+        let mut offset = RootOffset::default();
+        for index in 1..end {
+            let FollowedKey { configuration, com, world_from_soles } = &keys[index];
+            let kept = Kept { com: *com, world_from_soles };
+            offset = kept.offset_inside(robot, configuration, offset, state);
+            let share = (index.min(end - index) as f64 / SLACK_KEYS as f64).min(1.0);
+            if let Some(moved) = kept.with(robot, configuration, offset.scaled(share), state) {
+                keys[index].configuration = moved;
+            }
         }
     }
 

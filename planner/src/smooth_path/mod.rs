@@ -6,6 +6,7 @@ mod followed_motion;
 mod key;
 mod key_table;
 mod layout;
+mod limit_slack;
 mod phase_check;
 mod phase_grid;
 mod phase_points;

@@ -20,7 +20,9 @@ use crate::smooth_path::phase_check::PhaseCheck;
 use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
 use crate::smooth_path::searched_motion::{self, SearchedPhase};
 use crate::smooth_path::track::Track;
-use crate::smooth_path::tuning::{JOIN_DIFFERENCE_MAX, KEY_SECONDS, OPEN_PHASES, REFINEMENTS_MAX};
+use crate::smooth_path::tuning::{
+    FOLLOWED_TRIALS, JOIN_DIFFERENCE_MAX, KEY_SECONDS, OPEN_PHASES, REFINEMENTS_MAX,
+};
 use crate::smooth_path::variant::VARIANTS;
 use crate::smooth_path::written_path::WrittenPath;
 use crate::timing::path_point::{Path, PathPoint, PathSpan};
@@ -78,7 +80,8 @@ pub struct Smoother {
     layout: Layout,
     curve: Curve,
     states: Vec<PhaseState>,
-    /// How often the intervals of each phase are halved.
+    /// How often the intervals of each phase are halved, or along a searched motion which of
+    /// [`FOLLOWED_TRIALS`] it is.
     refinements: Vec<u8>,
     task: Task,
     check: Box<PhaseCheck>,
@@ -262,14 +265,14 @@ impl Smoother {
     }
 
     /// Halves the intervals of a phase where that may help: legs that are nearly straight bend so
-    /// much between two points that stance soles drift, and a spline with more keys is nearer to
-    /// the searched motion. Returns whether it did.
+    /// much between two points that stance soles drift. Along a searched motion the next kind of
+    /// spline is tried. Returns whether there is one.
     fn refine(&mut self, phase: usize, rejection: Rejection) -> bool {
-        let helps = match self.states[phase] {
-            PhaseState::Open => rejection == Rejection::FootDrift,
-            _ => true,
+        let (helps, most) = match self.states[phase] {
+            PhaseState::Open => (rejection == Rejection::FootDrift, REFINEMENTS_MAX),
+            _ => (true, FOLLOWED_TRIALS.len() as u8 - 1),
         };
-        let does = helps && self.refinements[phase] < REFINEMENTS_MAX;
+        let does = helps && self.refinements[phase] < most;
         self.refinements[phase] += u8::from(does);
         does
     }

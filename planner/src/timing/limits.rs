@@ -2,7 +2,7 @@
 //! centre of pressure stays inside a sole.
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
-use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 
 use crate::timing::tuning::{
@@ -28,6 +28,8 @@ pub struct TimingLimits {
     /// Least distance (m) of the zero-moment point to the edge of the support, as the controller
     /// demands it.
     pub zero_moment_margin: f64,
+    /// Shortest time of a braking ramp, and of one by which the robot goes on, s.
+    pub ramp_seconds_min: f64,
 }
 
 impl TimingLimits {
@@ -39,9 +41,15 @@ impl TimingLimits {
         q.iter().zip(&self.positions).all(within)
     }
 
-    /// The limits of a robot of which `share` (0 to 1) may be used, on a world's friction, and
-    /// those of a controller.
-    pub fn new(model: &RobotModel, share: f64, friction: f64, checker: &CheckerConfig) -> Self {
+    /// The limits of a robot, as far as they may be used, on a world's friction, and those of a
+    /// controller.
+    pub fn new(
+        model: &RobotModel,
+        execution: &ExecutionConfig,
+        friction: f64,
+        checker: &CheckerConfig,
+    ) -> Self {
+        let share = execution.share;
         let limits = |limit: fn(&Joint) -> f64, share: f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             let stated = model.joints.iter().map(|joint| share * limit(joint));
@@ -66,6 +74,7 @@ impl TimingLimits {
             full_efforts: limits(|joint| joint.effort, CHECKED_EFFORT_PART * checker.effort_share),
             friction,
             zero_moment_margin: checker.com_margin,
+            ramp_seconds_min: execution.ramp_seconds_min,
         }
     }
 }

@@ -157,14 +157,19 @@ impl PathTiming {
         self.timed.starts.push((self.timed.nodes.len(), offset));
         self.changes.push_span();
         let contacts = self.robot.span_contacts(span, COP_MARGIN_EXTRA);
+        let parameter_of = |at: usize| match (has_one_cell, at) {
+            (true, 1) => 0.5 * (points[0].parameter + points[1].parameter),
+            (true, 2) => points[1].parameter,
+            _ => points[at].parameter,
+        };
         for at in 0..count {
-            let middle = 0.5 * (points[0].parameter + points[points.len() - 1].parameter);
-            let parameter = match (has_one_cell, at) {
-                (true, 1) => middle,
-                (true, 2) => points[1].parameter,
-                _ => points[at].parameter,
-            };
+            let parameter = parameter_of(at);
             let state = state_at(points, parameter);
+            let next = parameter_of((at + 1).min(count - 1));
+            let inner = [1.0, 2.0].map(|part| {
+                let state = state_at(points, parameter + part / 3.0 * (next - parameter));
+                self.robot.load_by_speed(&contacts.ground, &state)
+            });
             let lands = at + 1 == count && span.contacts.len() == 1;
             let PointLimits { rates, level, balance } =
                 self.robot.rates(&mut self.memory, &contacts, &state, lands);
@@ -177,6 +182,7 @@ impl PathTiming {
                 factor: 1.0,
                 level,
                 balance,
+                inner,
             });
             self.profile.ceilings.push(0.0);
             self.profile.speeds.push(0.0);

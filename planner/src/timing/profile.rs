@@ -10,7 +10,7 @@ use glam::DVec2;
 use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
 use crate::timing::rate_set::RateSet;
-use crate::timing::zero_moment::BalanceTerms;
+use crate::timing::zero_moment::{BalanceTerms, GroundLoad};
 
 /// A point of the path within one span. Two spans share a point: it is a node of each.
 #[derive(Debug, Clone)]
@@ -27,6 +27,9 @@ pub struct Node {
     pub level: Level,
     /// The load on the ground.
     pub balance: BalanceTerms,
+    /// The load on the ground by unit of squared speed, at one and at two thirds of the way to the
+    /// next node.
+    pub inner: [GroundLoad; 2],
 }
 
 /// The limit that binds in the cell between two nodes with these squared speeds; `None` where the
@@ -130,6 +133,7 @@ mod tests {
                 factor: 1.0,
                 level: Level::Full,
                 balance: BalanceTerms::default(),
+                inner: Default::default(),
             }
         };
         (0..count).map(node).collect()

@@ -11,8 +11,8 @@ use crate::base::arena::reserve;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::timed_motion::TimedMotion;
 use crate::timing::tuning::{
-    INTERVAL_MAX, RAMP_PARTS, RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_SHORTEST, RAMP_STEP,
-    RAMP_STEPS_MAX, RATES_SHARE_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
+    INTERVAL_MAX, RAMP_PARTS, RAMP_SAMPLES, RAMP_SHARE_MAX, RAMP_STEP, RAMP_STEPS_MAX,
+    RATES_SHARE_MAX, REST_PLACES, SLOWER_BEFORE_STOP,
 };
 
 /// The braking ramp of a chunk, and the ramp with which the robot goes on after it.
@@ -144,7 +144,7 @@ fn brake(
     let mut best: Option<(f64, f64)> = None;
     for part in 0..REST_PLACES {
         let rest = end - (end - begin) * part as f64 / REST_PLACES as f64;
-        let mut seconds = RAMP_SHORTEST.max(2.0 * (rest - before));
+        let mut seconds = motion.ramp_seconds_min().max(2.0 * (rest - before));
         for _ in 0..RAMP_STEPS_MAX {
             let brake_at = rest - 0.5 * seconds;
             if brake_at < after || best.is_some_and(|(latest, _)| brake_at <= latest) {
@@ -163,7 +163,8 @@ fn brake(
 /// The shortest ramp within the limits of the path known so far, in the same steps, by which the
 /// robot goes on after a rest at `time`.
 fn resume_duration(motion: &mut TimedMotion<'_>, time: f64) -> Option<f64> {
-    let durations = std::iter::successors(Some(RAMP_SHORTEST), |seconds| Some(seconds * RAMP_STEP));
+    let durations =
+        std::iter::successors(Some(motion.ramp_seconds_min()), |seconds| Some(seconds * RAMP_STEP));
     durations
         .take(RAMP_STEPS_MAX)
         .find(|&seconds| ramp_holds(motion, time, Ramp::Resume { seconds }))

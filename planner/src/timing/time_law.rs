@@ -187,6 +187,7 @@ mod tests {
             factor: 1.0,
             level: Level::Full,
             balance: BalanceTerms::default(),
+            inner: Default::default(),
         }
     }
 

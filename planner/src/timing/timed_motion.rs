@@ -2,14 +2,15 @@
 //! path is the quintic polynomial with the rates of both; and the load on the ground under it, at
 //! any rate of plan time, between the points of the path.
 
-use surefoot_shared_types::message::PlanTime;
 use surefoot_shared_types::message::interpolation::hermite;
+use surefoot_shared_types::message::{Interpolation, PlanTime, Waypoint};
 
 use crate::timing::limits::Level;
 use crate::timing::path_point::Path;
 use crate::timing::time_law::PathRates;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
 use crate::timing::timed_robot::TimedRobot;
+use crate::timing::tuning::ZERO_MOMENT_DOUBT;
 use crate::timing::zero_moment::ContactGround;
 
 /// An interval between two waypoints.
@@ -57,11 +58,24 @@ struct SampledSpan {
 }
 
 impl SampledSpan {
-    /// The emitted rates at a time (s) of the span.
-    fn rates_at(&mut self, timed: &TimedPath, time: f64) -> PathRates {
+    /// The index of the waypoint before a time (s) of the span.
+    fn waypoint_before(&self, time: f64) -> usize {
         let SpanTimes { begin, end, intervals } = self.times;
         let along = (time - begin) / (end - begin) * intervals as f64;
-        let index = (along.max(0.0) as usize).min(intervals - 1);
+        (along.max(0.0) as usize).min(intervals - 1)
+    }
+
+    /// The emitted motion at a time (s) of the span, as it is interpolated between waypoints.
+    fn emitted(&self, timed: &TimedPath, path: Path<'_>, time: f64) -> Waypoint {
+        let before = self.waypoint_before(time);
+        let [from, to] =
+            [before, before + 1].map(|index| timed.state(path, self.span, &self.times, index));
+        Interpolation::Quintic.between(&from, &to, time)
+    }
+
+    /// The emitted rates at a time (s) of the span.
+    fn rates_at(&mut self, timed: &TimedPath, time: f64) -> PathRates {
+        let index = self.waypoint_before(time);
         let known = self.interval.filter(|(at, _)| *at == index);
         let interval = known
             .unwrap_or_else(|| (index, EmittedInterval::new(timed, self.span, &self.times, index)));
@@ -76,6 +90,11 @@ impl<'a> TimedMotion<'a> {
         Self { robot, path, timed, last: None }
     }
 
+    /// Shortest time in which the robot brakes or goes on, s.
+    pub fn ramp_seconds_min(&self) -> f64 {
+        self.robot.ramp_seconds_min()
+    }
+
     /// Whether the zero-moment point keeps the controller's margin at a time while plan time passes
     /// like this.
     pub fn is_upright(&mut self, time: f64, at: &PlanTime) -> bool {
@@ -88,9 +107,15 @@ impl<'a> TimedMotion<'a> {
         }));
         let rates = sampled.rates_at(timed, time);
         let (node, part) = timed.node_before(sampled.span, rates.position);
-        let [before, after] = [node, node + 1].map(|at| &timed.nodes[at].balance);
-        let basis = before.lerp(after, part).at(rates.speed, rates.acceleration);
-        let region = sampled.ground.region(Level::Bare, 0.0);
-        region.holds(&basis.moving(at), || basis.at_rest)
+        let [before, after] = [node, node + 1].map(|at| &timed.nodes[at]);
+        let basis = before
+            .balance
+            .between(&after.balance, &before.inner, part)
+            .at(rates.speed, rates.acceleration);
+        sampled.ground.region(Level::Bare, ZERO_MOMENT_DOUBT).contains(&basis.moving(at)) || {
+            let planned = sampled.emitted(timed, *path, time);
+            let moving = robot.ground_load(&sampled.ground, &at.apply(&planned));
+            sampled.ground.region(Level::Bare, 0.0).holds(&moving, || basis.at_rest)
+        }
     }
 }

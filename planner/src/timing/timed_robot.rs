@@ -22,7 +22,7 @@ use crate::timing::support::{FootWrench, SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
     LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
-use crate::timing::zero_moment::{BalanceTerms, ContactGround};
+use crate::timing::zero_moment::{BalanceTerms, ContactGround, GroundLoad};
 
 /// A robot with its limits.
 #[derive(Debug)]
@@ -95,6 +95,11 @@ impl TimedRobot {
             limits,
             dynamics,
         }
+    }
+
+    /// Shortest time in which it brakes or goes on, s.
+    pub(super) fn ramp_seconds_min(&self) -> f64 {
+        self.limits.ramp_seconds_min
     }
 
     /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
@@ -261,6 +266,23 @@ impl TimedRobot {
         let problem = self.problem(dynamics, support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(INADMISSIBLE) }
+    }
+
+    /// The load on the ground by unit of squared speed at a point of a path.
+    pub(super) fn load_by_speed(&self, ground: &ContactGround, point: &Waypoint) -> GroundLoad {
+        let [first, second] = rates_of(point);
+        let root = point.world_from_root();
+        let mut frames = LinkFrames::default();
+        self.dynamics.place(&root, &point.q, &mut frames);
+        let effort = self.dynamics.effort(&frames, &first, &second, 0.0);
+        ground.load((effort.force, effort.moment), root.translation)
+    }
+
+    /// The load on the ground at one instant of a motion.
+    pub(super) fn ground_load(&self, ground: &ContactGround, waypoint: &Waypoint) -> GroundLoad {
+        let mut dynamics = PathDynamics::default();
+        self.write_instant(waypoint, &mut dynamics);
+        ground.load((dynamics.standing.force, dynamics.standing.moment), dynamics.origin)
     }
 
     /// Writes the feed-forward torques of a waypoint, at a part (0 to 1) of its span: those of the

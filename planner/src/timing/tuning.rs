@@ -22,6 +22,10 @@ pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.5;
 /// Distance (m) by which a motion may move the zero-moment point of any configuration: it is so
 /// slow that the controller decides by the configuration alone.
 pub(crate) const ZERO_MOMENT_SHIFT_MIN: f64 = 1e-3;
+/// Nearer to the margin of the zero-moment point than this (m) on a ramp, the point is that of the
+/// motion as it is interpolated between waypoints; elsewhere it is interpolated between points of
+/// the path, which differs by up to 5 mm where the point is near the margin.
+pub(crate) const ZERO_MOMENT_DOUBT: f64 = 6e-3;
 /// The part of the limits for which rates are computed. The rest covers what lies between two
 /// points of the path; motions are checked against the whole limits.
 pub(crate) const LIMITS_PART: f64 = 0.985;
@@ -69,8 +73,6 @@ pub(crate) const SLOW_DOWNS_MAX: usize = 14;
 pub(crate) const SLOW_DOWN: f64 = 0.7;
 /// How much slower than needed a profile becomes where it is beyond the limits.
 pub(crate) const SLOWER: f64 = 0.995;
-/// The shortest braking ramp, s.
-pub(crate) const RAMP_SHORTEST: f64 = 0.2;
 /// The ratio of a ramp's duration to that of the next shorter one tried.
 pub(crate) const RAMP_STEP: f64 = 1.12;
 /// Durations of ramps tried, at most.

@@ -39,7 +39,7 @@ pub(crate) struct ZeroMomentRegion<'a> {
 
 /// The load on the ground of a span, as far as the zero-moment point needs it.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct GroundLoad {
+pub struct GroundLoad {
     /// Force upward, N.
     press: f64,
     /// Moments about x and y of the point of the ground's plane on the world's z axis, N m.
@@ -90,11 +90,20 @@ pub struct BalanceTerms {
 }
 
 impl BalanceTerms {
-    /// The terms at `part` (0 to 1) of the way to the next point.
-    pub(crate) fn lerp(&self, next: &Self, part: f64) -> Self {
+    /// The terms at `part` (0 to 1) of the way to the next point. `inner` is the load by unit of
+    /// squared speed at one and at two thirds of the way: the second derivatives of a path are
+    /// cubic between its points.
+    pub(crate) fn between(&self, next: &Self, inner: &[GroundLoad; 2], part: f64) -> Self {
+        let rest = 1.0 - part;
+        let (below, above) = (3.0 * part - 1.0, 3.0 * part - 2.0);
+        let by_speed = GroundLoad::default()
+            .plus(&self.by_speed, 0.5 * below * above * rest)
+            .plus(&inner[0], -4.5 * part * above * rest)
+            .plus(&inner[1], 4.5 * part * below * rest)
+            .plus(&next.by_speed, 0.5 * part * below * above);
         Self {
             at_rest: self.at_rest.lerp(&next.at_rest, part),
-            by_speed: self.by_speed.lerp(&next.by_speed, part),
+            by_speed,
             by_acceleration: self.by_acceleration.lerp(&next.by_acceleration, part),
         }
     }
@@ -158,16 +167,20 @@ impl ZeroMomentRegion<'_> {
         }
     }
 
+    /// Whether the zero-moment point of a load is inside.
+    pub fn contains(&self, load: &GroundLoad) -> bool {
+        self.ground.region.sides().iter().all(|side| self.excess(side, load) <= 0.0)
+    }
+
     /// Whether the zero-moment point of a load is inside, or at least not further beyond than a
     /// motion may move it. `at_rest` gives the load of the configuration at rest.
     pub fn holds(&self, moving: &GroundLoad, at_rest: impl FnOnce() -> GroundLoad) -> bool {
-        let sides = self.ground.region.sides();
-        if sides.iter().all(|side| self.excess(side, moving) <= 0.0) {
+        if self.contains(moving) {
             return true;
         }
         let rest = at_rest();
         let spare_min = ZERO_MOMENT_SHIFT_MIN * rest.press;
-        sides.iter().all(|side| {
+        self.ground.region.sides().iter().all(|side| {
             let [moving, rest] = [moving, &rest].map(|load| self.excess(side, load));
             moving - rest <= (-rest).max(spare_min)
         })
@@ -178,5 +191,34 @@ impl ZeroMomentRegion<'_> {
     fn excess(&self, side: &HalfPlane, load: &GroundLoad) -> f64 {
         let limit = side.offset + self.margin;
         limit * load.press - side.normal.dot(DVec2::new(-load.about.y, load.about.x))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_load_by_squared_speed_is_cubic_between_points() {
+        let load = |press: f64| GroundLoad { press, about: DVec2::new(-press, 2.0 * press) };
+        let cubic = |t: f64| load(3.0 - 2.0 * t + 5.0 * t * t - 7.0 * t * t * t);
+        let terms = |t: f64| BalanceTerms {
+            at_rest: load(t),
+            by_speed: cubic(t),
+            by_acceleration: load(2.0 - t),
+        };
+        let inner = [1.0, 2.0].map(|part| cubic(part / 3.0));
+        for part in [0.0, 0.2, 0.5, 0.9, 1.0] {
+            let found = terms(0.0).between(&terms(1.0), &inner, part);
+            let expected = terms(part);
+            for (a, b) in [
+                (found.at_rest, expected.at_rest),
+                (found.by_speed, expected.by_speed),
+                (found.by_acceleration, expected.by_acceleration),
+            ] {
+                let off = a.plus(&b, -1.0);
+                assert!(off.press.abs() + off.about.length() < 1e-12, "{part}: {a:?} {b:?}");
+            }
+        }
     }
 }

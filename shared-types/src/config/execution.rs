@@ -35,10 +35,12 @@ pub struct ExecutionConfig {
     pub motion: MotionKind,
     /// Largest share of the limits of joint speed and effort that a smooth motion uses, 0 to 1.
     pub share: f64,
+    /// Shortest time in which a robot brakes to a rest, or goes on from one, s.
+    pub ramp_seconds_min: f64,
 }
 
 impl Default for ExecutionConfig {
     fn default() -> Self {
-        Self { motion: MotionKind::default(), share: 0.8 }
+        Self { motion: MotionKind::default(), share: 0.8, ramp_seconds_min: 0.5 }
     }
 }

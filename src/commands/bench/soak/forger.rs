@@ -109,8 +109,8 @@ impl Forger {
                 (self.received[1].is_some_and(repeat), "feedback repeated")
             }
             _ => {
-                let chunk = self.last_chunk.as_ref();
-                let repeat = |chunk: &Box<PlanChunk>| self.chunks.send_copy(**chunk).is_ok();
+                let chunk = self.last_chunk.as_deref();
+                let repeat = |chunk: &PlanChunk| self.chunks.send_copy(*chunk).is_ok();
                 (chunk.is_some_and(repeat), "chunk repeated")
             }
         };
