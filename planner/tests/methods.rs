@@ -63,6 +63,17 @@ fn w_rpg_fails_where_its_samples_hold_no_walk() {
 }
 
 #[test]
+fn discs_smaller_than_the_steps_still_cover_the_route() {
+    let parameters = MethodParameters { disc_radius_share: 0.375, ..MethodParameters::default() };
+    for seed in 1..=2 {
+        let case = Case::shipped("stepping_stones").with_seed(seed);
+        let case = case.configured(|planner| planner.work_max = 60_000);
+        let outcome = run(&mut planner(&case, Method::WRpg, parameters, 2), u64::MAX);
+        assert_eq!(outcome, Outcome::Found, "seed {seed}");
+    }
+}
+
+#[test]
 fn w_rpg_and_mmprm_say_that_they_cannot_express_stairs() {
     let case = Case::shipped("stairs");
     for method in [Method::WRpg, Method::Mmprm] {

@@ -6,7 +6,7 @@ mod common;
 
 use std::f64::consts::PI;
 
-use common::{Case, preparation_for};
+use common::{Case, preparation_for, repository};
 use glam::DVec3;
 use surefoot_planner::base::threads::Threads;
 use surefoot_planner::collision::model::CollisionModel;
@@ -23,6 +23,7 @@ use surefoot_planner::preparation::Preparation;
 use surefoot_planner::robot::crouch::Crouch;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::base::spatial::{wrap_angle, yaw_of};
+use surefoot_shared_types::world::load::load_world;
 
 /// A case compiled for stage P.
 struct Fixture {
@@ -145,6 +146,41 @@ fn where_no_crouch_passes_the_necessary_condition_gives_a_route() {
         assert!(poses.iter().any(|pose| !context.is_free(pose, RouteCondition::Root)), "{poses:?}");
         assert!(poses.iter().all(|pose| context.is_possible(pose, 0)), "seed {seed}: {poses:?}");
     }
+}
+
+/// The way between two walls that lean to the left.
+fn slanted_slot() -> Case {
+    let mut case = Case::shipped("flat_walk");
+    case.world = load_world(&repository().join("configs/worlds/holes/slanted_slot.toml")).unwrap();
+    case.scenario.start.position = 0.7 * DVec3::X;
+    case.scenario.goal.position = 4.3 * DVec3::X;
+    case
+}
+
+/// Searches with a leaning root that find a route through the slot, and the least roll of each.
+fn rolls_through_the_slot(has_roll: bool) -> Vec<f64> {
+    let mut rolls = vec![];
+    for seed in 1..=8 {
+        let mut compiled = Compiled::new(slanted_slot());
+        if !has_roll {
+            compiled.search.leave_out_roll();
+        }
+        assert!(compiled.search.begin_leaning());
+        if compiled.grow(seed).0 == Progress::Route {
+            let vertices = 0..compiled.search.route().vertex_count();
+            let crouches = vertices.filter_map(|vertex| compiled.search.crouch(vertex));
+            rolls.push(crouches.map(|crouch| crouch.roll).fold(0.0, f64::min));
+        }
+    }
+    rolls
+}
+
+#[test]
+fn the_root_rolls_where_a_level_one_finds_few_routes() {
+    let [rolls, level] = [true, false].map(rolls_through_the_slot);
+    assert!(rolls.len() >= 6 && level.len() <= 3, "{rolls:?}, {level:?}");
+    assert!(rolls.iter().all(|&roll| roll < -0.1), "to the left: {rolls:?}");
+    assert!(level.iter().all(|&roll| roll == 0.0), "{level:?}");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 """Small worlds in which a search without one of its last resorts finds nothing: docs/COMPLETENESS.md."""
 
-from worlds.writing import block, floor, world
+import math
+
+from worlds.writing import block, box, floor, world
 
 PEG_HALF = 0.035
 PEGS = ((2.24, 0.15), (2.48, -0.15), (2.72, 0.15), (2.96, -0.15), (3.20, 0.15))
@@ -72,10 +74,36 @@ def long_wall():
     return world(comment, shapes)
 
 
+SLOT_LEAN, SLOT_HALF_WIDTH, SLOT_LOW, SLOT_LEGS = 0.5, 0.36, 0.55, 0.3
+SLOT_FROM, SLOT_TO, SLOT_THICK, SLOT_PIVOT, SLOT_END = 1.5, 3.5, 0.4, 0.75, 1.3
+
+
+def slanted_slot():
+    """A way between two walls that lean to the left, too narrow for the upper body with the root level."""
+    x, half = (SLOT_FROM + SLOT_TO) / 2, (SLOT_TO - SLOT_FROM) / 2
+    shapes = [floor("floor", 0.0, 5.0, 1.0)]
+    for name, side in (("left", 1.0), ("right", -1.0)):
+        y = sorted((side * 1.0, side * 1.1))
+        shapes.append(block(f"wall_{name}", (0.0, y[0], 0.0), (5.0, y[1], 2.0)))
+        y = sorted((side * SLOT_LEGS, side * 1.0))
+        shapes.append(block(f"low_{name}", (SLOT_FROM, y[0], 0.0), (SLOT_TO, y[1], SLOT_LOW)))
+        along, out = (math.sin(SLOT_LEAN), math.cos(SLOT_LEAN)), (math.cos(SLOT_LEAN), -math.sin(SLOT_LEAN))
+        start = (SLOT_LOW - SLOT_PIVOT - side * SLOT_HALF_WIDTH * out[1]) / along[1]
+        middle, aside = (start + SLOT_END) / 2, side * (SLOT_HALF_WIDTH + SLOT_THICK / 2)
+        at = (x, aside * out[0] + middle * along[0], SLOT_PIVOT + aside * out[1] + middle * along[1])
+        extents = (half, SLOT_THICK / 2, (SLOT_END - start) / 2)
+        shapes.append(box(f"leaning_{name}", at, extents, (-SLOT_LEAN, 0.0, 0.0)))
+    comment = (
+        "A way 2.0 long between two walls that lean 0.5 rad to the left, 0.72 apart; below 0.55 they are upright and 0.6 apart.",
+    )
+    return world(comment, shapes)
+
+
 WRITERS = {
     "holes/dead_end": dead_end,
     "holes/long_wall": long_wall,
     "holes/low_beam": low_beam,
     "holes/pegs": pegs,
     "holes/pillory": pillory,
+    "holes/slanted_slot": slanted_slot,
 }

@@ -19,8 +19,9 @@ const DRAWS_PER_UNIT: u32 = 64;
 /// The set F in which placements are sampled.
 #[derive(Debug)]
 pub(crate) struct SamplingArea {
-    /// Centres of the discs; without any, F is the whole rectangle.
-    centres: Vec<DVec2>,
+    /// The route, whose points are the centres of the discs, m; without it, F is the whole
+    /// rectangle.
+    route: Vec<DVec2>,
     disc_radius: f64,
     /// The rectangle around F, m.
     bounds: [DVec2; 2],
@@ -33,7 +34,7 @@ impl SamplingArea {
     /// Reserves memory.
     pub fn new() -> Self {
         Self {
-            centres: reserve(POINTS_MAX),
+            route: reserve(POINTS_MAX),
             disc_radius: 0.0,
             bounds: [DVec2::ZERO; 2],
             height: 0.0,
@@ -43,25 +44,20 @@ impl SamplingArea {
 
     /// A rectangle of level ground at a height (m).
     pub fn set_rectangle(&mut self, bounds: [DVec2; 2], height: f64) {
-        self.centres.clear();
+        self.route.clear();
         (self.bounds, self.height) = (bounds, height);
     }
 
-    /// The discs of this radius (m) about some points, on level ground at a height (m).
-    pub fn set_discs(
-        &mut self,
-        centres: impl Iterator<Item = DVec2>,
-        disc_radius: f64,
-        height: f64,
-    ) {
-        self.centres.clear();
-        self.centres.extend(centres);
+    /// The discs of this radius (m) about all points of a route, on level ground at a height (m).
+    pub fn set_discs(&mut self, route: impl Iterator<Item = DVec2>, disc_radius: f64, height: f64) {
+        self.route.clear();
+        self.route.extend(route);
         self.disc_radius = disc_radius;
         self.height = height;
         let around = |[low, high]: [DVec2; 2], centre: &DVec2| {
             [low.min(centre - disc_radius), high.max(centre + disc_radius)]
         };
-        self.bounds = self.centres.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], around);
+        self.bounds = self.route.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], around);
     }
 
     /// Samples a placement of a foot, and adds it if the sole has support and the foot is free.
@@ -90,13 +86,34 @@ impl SamplingArea {
     }
 
     fn contains(&self, at: DVec2) -> bool {
-        let radius_squared = self.disc_radius * self.disc_radius;
-        self.centres.is_empty()
-            || self.centres.iter().any(|centre| centre.distance_squared(at) <= radius_squared)
+        let is_near = |ends: &[DVec2]| distance_to_line([ends[0], ends[1]], at) <= self.disc_radius;
+        self.route.is_empty() || self.route.windows(2).any(is_near)
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.centres.capacity() * size_of::<DVec2>()
+        self.route.capacity() * size_of::<DVec2>()
+    }
+}
+
+/// Distance from a line between two points, m.
+fn distance_to_line([from, to]: [DVec2; 2], at: DVec2) -> f64 {
+    let offset = to - from;
+    let share = (at - from).dot(offset) / offset.length_squared().max(f64::MIN_POSITIVE);
+    at.distance(from + share.clamp(0.0, 1.0) * offset)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distance_from_a_line_is_that_from_its_nearest_point() {
+        let line = [DVec2::new(1.0, 1.0), DVec2::new(4.0, 1.0)];
+        let cases = [([2.0, 3.0], 2.0), ([5.0, 1.0], 1.0), ([-2.0, -3.0], 5.0), ([3.0, 1.0], 0.0)];
+        for (at, distance) in cases {
+            assert!((distance_to_line(line, at.into()) - distance).abs() < 1e-12, "{at:?}");
+        }
+        assert_eq!(distance_to_line([DVec2::ONE; 2], DVec2::new(1.0, 3.0)), 2.0);
     }
 }

@@ -1,9 +1,9 @@
 //! Stage P of w-RPG: uniform samples of C_N, joined by straight lines [Grey 5.3, 5.5].
 //!
 //! E is a box times three Euler angles, with one metric, in which a radian counts a metre. Lines
-//! are straight in its six coordinates. Two samples are joined only if they lie, seen from above,
-//! within three quarters of the discs' radius: those of lemma 3 do, since their balls have a
-//! quarter of it as radius and stand as far apart, and so the discs of a route leave no gap.
+//! are straight in its six coordinates. Every pair of samples may be joined; a line is tested only
+//! once it is part of the best route over lines that are not refuted (Bohlin, Kavraki 2000), which
+//! gives the route that testing all of them first would give.
 
 use std::f64::consts::PI;
 
@@ -18,8 +18,8 @@ use crate::preparation::necessary;
 
 /// Distance between two tests of C_N along a line, in the metric of E, m.
 const LINE_STEP: f64 = 0.1;
-/// Longest line, seen from above, relative to the radius of the discs.
-const LINE_SHARE: f64 = 0.75;
+/// Pairs of points that a search over them looks at for one unit of work.
+const PAIRS_PER_UNIT: u64 = 10_000;
 /// Highest root in E above that of the standing robot, relative to its height over the ground.
 pub(crate) const ROOT_HEIGHT_SHARE: f64 = 1.1;
 /// Most samples.
@@ -30,21 +30,55 @@ const ENDS: [usize; 2] = [0, 1];
 /// Coordinates in E: position (m), roll, pitch and yaw (rad).
 type Point = [f64; 6];
 
-/// A line that is being tested, from its `next` point on.
+/// The test of a route: all lines before `line` hold, and that one before its point `next`.
 #[derive(Debug, Clone, Copy, Default)]
-struct Line {
-    from: usize,
-    to: usize,
+struct RouteTest {
+    line: usize,
     next: u32,
+}
+
+/// What a step of the search for a route came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RouteEvent {
+    /// There is more to do.
+    Continue,
+    /// There is a route.
+    Found,
+    /// The samples hold no route.
+    Exhausted,
+}
+
+/// A set of pairs of points, one bit for each.
+#[derive(Debug)]
+struct PairSet(Vec<u64>);
+
+impl PairSet {
+    /// No pair. Allocates.
+    fn new() -> Self {
+        Self(filled(0, POINTS_MAX * POINTS_MAX / 64))
+    }
+
+    fn insert(&mut self, from: usize, to: usize) {
+        for bit in [from * POINTS_MAX + to, to * POINTS_MAX + from] {
+            self.0[bit / 64] |= 1 << (bit % 64);
+        }
+    }
+
+    fn contains(&self, from: usize, to: usize) -> bool {
+        let bit = from * POINTS_MAX + to;
+        self.0[bit / 64] >> (bit % 64) & 1 == 1
+    }
 }
 
 /// The samples of C_N and the lines between them, allocated once.
 #[derive(Debug)]
 pub(crate) struct Exploration {
     points: Vec<Point>,
-    /// One bit for each pair of points: whether a line joins them.
-    joined: Vec<u64>,
-    line: Line,
+    /// The pairs that a tested line joins.
+    joined: PairSet,
+    /// The pairs whose line leaves C_N.
+    refuted: PairSet,
+    test: RouteTest,
     /// Number of routes that used each point.
     used: Vec<u32>,
     costs: Vec<f64>,
@@ -63,8 +97,9 @@ impl Exploration {
     pub fn new() -> Self {
         Self {
             points: reserve(POINTS_MAX),
-            joined: filled(0, POINTS_MAX * POINTS_MAX / 64),
-            line: Line::default(),
+            joined: PairSet::new(),
+            refuted: PairSet::new(),
+            test: RouteTest::default(),
             used: filled(0, POINTS_MAX),
             costs: filled(0.0, POINTS_MAX),
             before: filled(0, POINTS_MAX),
@@ -80,10 +115,11 @@ impl Exploration {
     pub fn begin(&mut self, ends: [&Pose; 2], bounds: [DVec3; 2]) {
         self.points.clear();
         self.points.extend(ends.map(coordinates));
-        self.line = Line { from: 1, to: 0, next: 0 };
         self.bounds = bounds;
-        self.joined.fill(0);
+        self.joined.0.fill(0);
+        self.refuted.0.fill(0);
         self.used.fill(0);
+        self.route.clear();
     }
 
     /// Draws samples with the root upright, of one heading.
@@ -115,51 +151,64 @@ impl Exploration {
         }
     }
 
-    /// Tests the next point of the next line no longer, seen from above, than the discs of this
-    /// radius (m) allow. Returns `false` once all pairs are tested.
-    pub fn join_next(&mut self, bench: &mut Workbench<'_>, disc_radius: f64) -> bool {
+    /// Begins to search a route.
+    pub fn begin_route(&mut self) {
+        self.route.clear();
+    }
+
+    /// Takes the next route over lines that are not refuted and, seen from above, at most
+    /// `line_max` (m) long, or tests the next point of the one that was taken.
+    pub fn seek_route(&mut self, bench: &mut Workbench<'_>, line_max: f64) -> RouteEvent {
         bench.counts.route += 1;
-        let Line { from, to, next } = self.line;
-        if from == self.points.len() {
-            return false;
+        if self.route.is_empty() {
+            let count = self.points.len() as u64;
+            bench.counts.route += count * count / PAIRS_PER_UNIT;
+            self.test = RouteTest { line: 0, next: 1 };
+            let is_any = self.take_route(line_max);
+            return if is_any { RouteEvent::Continue } else { RouteEvent::Exhausted };
         }
-        let (a, b) = (&self.points[from], &self.points[to]);
-        let is_near = above(a).distance(above(b)) <= LINE_SHARE * disc_radius;
-        let steps = libm::ceil(distance(a, b) / LINE_STEP).max(1.0) as u32;
-        let share = f64::from(next) / f64::from(steps);
-        let point = std::array::from_fn(|axis| a[axis] + share * (b[axis] - a[axis]));
-        if !is_near || !holds(bench, &point) {
-            self.next_line();
-        } else if next == steps {
-            self.join(from, to);
-            self.next_line();
+        let RouteTest { line, next } = self.test;
+        let [from, to] = [line, line + 1].map(|index| self.route[index] as usize);
+        let steps = self.steps(from, to);
+        if self.joined.contains(from, to) || next > steps {
+            self.joined.insert(from, to);
+            self.test = RouteTest { line: line + 1, next: 1 };
+            if line + 2 == self.route.len() {
+                self.finish_route(bench);
+                return RouteEvent::Found;
+            }
+        } else if holds(bench, &self.between(from, to, f64::from(next) / f64::from(steps))) {
+            self.test.next += 1;
         } else {
-            self.line.next += 1;
+            self.refuted.insert(from, to);
+            self.route.clear();
         }
-        true
+        RouteEvent::Continue
     }
 
-    fn next_line(&mut self) {
-        let Line { from, to, .. } = self.line;
-        let (from, to) = if to + 1 < from { (from, to + 1) } else { (from + 1, 0) };
-        self.line = Line { from, to, next: 0 };
+    /// Number of points that are tested on a line.
+    fn steps(&self, from: usize, to: usize) -> u32 {
+        libm::ceil(distance(&self.points[from], &self.points[to]) / LINE_STEP).max(1.0) as u32
     }
 
-    fn join(&mut self, from: usize, to: usize) {
-        for bit in [from * POINTS_MAX + to, to * POINTS_MAX + from] {
-            self.joined[bit / 64] |= 1 << (bit % 64);
+    /// The point of E at a share of a line.
+    fn between(&self, from: usize, to: usize, share: f64) -> Point {
+        let [a, b] = [from, to].map(|index| &self.points[index]);
+        std::array::from_fn(|axis| a[axis] + share * (b[axis] - a[axis]))
+    }
+
+    /// Counts the route that was found.
+    fn finish_route(&mut self, bench: &mut Workbench<'_>) {
+        bench.counts.routes += 1;
+        for &at in &self.route[1..] {
+            self.used[at as usize] += 1;
         }
     }
 
-    fn is_joined(&self, from: usize, to: usize) -> bool {
-        let bit = from * POINTS_MAX + to;
-        self.joined[bit / 64] >> (bit % 64) & 1 == 1
-    }
-
-    /// Finds the route with the fewest lines, where a point counts one more for each earlier route
-    /// that used it: so later routes differ. Returns whether there is one.
-    pub fn find_route(&mut self, bench: &mut Workbench<'_>) -> bool {
-        bench.counts.route += 1;
+    /// Takes the route from the goal to the start with the fewest lines, where a point counts one
+    /// more for each earlier route that used it: so later routes differ. Returns whether there is
+    /// one.
+    fn take_route(&mut self, line_max: f64) -> bool {
         let count = self.points.len();
         self.costs[..count].fill(f64::INFINITY);
         self.is_done[..count].fill(false);
@@ -167,7 +216,8 @@ impl Exploration {
         while let Some(at) = self.nearest_open(count).filter(|&at| at != ENDS[1]) {
             self.is_done[at] = true;
             for to in 0..count {
-                if !self.is_joined(at, to) {
+                let length = above(&self.points[at]).distance(above(&self.points[to]));
+                if length > line_max || self.refuted.contains(at, to) {
                     continue;
                 }
                 let cost = self.costs[at] + 1.0 + f64::from(self.used[to]);
@@ -176,16 +226,13 @@ impl Exploration {
                 }
             }
         }
-        self.route.clear();
         if !self.costs[ENDS[1]].is_finite() {
             return false;
         }
-        bench.counts.routes += 1;
         let mut at = ENDS[1];
         self.route.push(at as u32);
         while at != ENDS[0] {
             at = self.before[at] as usize;
-            self.used[at] += 1;
             self.route.push(at as u32);
         }
         true
@@ -197,14 +244,15 @@ impl Exploration {
         open.min_by(|&a, &b| self.costs[a].total_cmp(&self.costs[b]))
     }
 
-    /// The vertices of the route found last, seen from above, m.
+    /// The vertices of the route found last, seen from above, from the goal to the start, m.
     pub fn route(&self) -> impl Iterator<Item = DVec2> + '_ {
         self.route.iter().map(|&at| above(&self.points[at as usize]))
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.points.capacity() * size_of::<Point>() + self.joined.capacity() * size_of::<u64>()
+        let pairs = self.joined.0.capacity() + self.refuted.0.capacity();
+        self.points.capacity() * size_of::<Point>() + pairs * size_of::<u64>()
     }
 }
 

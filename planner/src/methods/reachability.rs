@@ -13,7 +13,7 @@ use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle, yaw_of};
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::Foothold;
-use crate::methods::exploration::{Exploration, ROOT_HEIGHT_SHARE};
+use crate::methods::exploration::{Exploration, ROOT_HEIGHT_SHARE, RouteEvent};
 use crate::methods::guide_line::GuideLine;
 use crate::methods::lattice::transition;
 use crate::methods::lattice_steps::StepTest;
@@ -28,7 +28,7 @@ use crate::primitives::level_sole::side_of;
 const STRIDES: [f64; 6] = [0.6, 0.5, 0.4, 0.3, 0.2, 0.1];
 /// Largest turn from one foot to the next, rad.
 const TURN_MAX: f64 = 0.3;
-/// Longest line between two samples that is tested, relative to the longest level step.
+/// Longest line between two samples, relative to the longest level step.
 const LINE_SHARE: f64 = 3.0;
 /// Most steps of a sequence.
 const STEPS_MAX: usize = 512;
@@ -37,9 +37,10 @@ const STEPS_MAX: usize = 512;
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Task {
     Begin,
-    /// Sample C_N and join the samples.
+    /// Sample C_N.
     Explore,
-    Join,
+    /// Search a route over lines between the samples.
+    Route,
     /// Step on, with this stride.
     Step {
         stride: usize,
@@ -104,7 +105,7 @@ impl Reachability {
         match self.task {
             Task::Begin => self.begin(bench),
             Task::Explore => self.explore(bench),
-            Task::Join => self.join(bench)?,
+            Task::Route => self.seek_route(bench)?,
             Task::Step { stride } => self.step_on(bench, stride)?,
             Task::Complete => {
                 let event = self.prm.complete(bench, budget)?;
@@ -138,20 +139,22 @@ impl Reachability {
         let is_complete = self.exploration.samples() >= self.route_samples as usize;
         if is_complete || self.exploration.is_full() {
             bench.counts.route += 1;
-            self.task = Task::Join;
+            self.exploration.begin_route();
+            self.task = Task::Route;
         } else {
             self.exploration.sample(bench);
         }
     }
 
-    /// Joins the samples; then takes the route and begins to walk along it.
-    fn join(&mut self, bench: &mut Workbench<'_>) -> Result<(), ArenaFull> {
-        if self.exploration.join_next(bench, LINE_SHARE * bench.step_max()) {
-            return Ok(());
-        }
-        self.task = Task::Begin;
-        if !self.exploration.find_route(bench) {
-            return Ok(());
+    /// Searches a route; then begins to walk along it.
+    fn seek_route(&mut self, bench: &mut Workbench<'_>) -> Result<(), ArenaFull> {
+        match self.exploration.seek_route(bench, LINE_SHARE * bench.step_max()) {
+            RouteEvent::Continue => return Ok(()),
+            RouteEvent::Exhausted => {
+                self.task = Task::Begin;
+                return Ok(());
+            }
+            RouteEvent::Found => {}
         }
         self.line.set(self.exploration.route());
         let feet = bench.roadmap.boundary(START).footholds;

@@ -1,8 +1,8 @@
 //! w-RPG and its limit MMPRM [Grey 5.3, 5.7].
 //!
-//! A round samples C_N, joins the samples by lines, takes a route, samples placements in the discs
-//! about its vertices, joins all pairs of placements that the robot may step between, and runs a
-//! multi-modal PRM over the modes. It uses no sufficient conditions, no elevation, no primitives
+//! A round samples C_N, takes a route over lines between the samples, samples placements in the
+//! discs about its points, joins all pairs of placements that the robot may step between, and runs
+//! a multi-modal PRM over the modes. It uses no sufficient conditions, no elevation, no primitives
 //! along a route, and no priors. Where a round fails, the next one adds as many samples again and
 //! takes another route; nothing found before is dropped. Without stage P, placements are uniform
 //! over the world.
@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::left_and_right;
 use crate::methods::disc_placements::SamplingArea;
-use crate::methods::exploration::{Exploration, ROOT_HEIGHT_SHARE};
+use crate::methods::exploration::{Exploration, ROOT_HEIGHT_SHARE, RouteEvent};
 use crate::methods::method::MethodParameters;
 use crate::methods::multi_modal_prm::{MultiModalPrm, Progress};
 use crate::methods::workbench::{MethodEvent, Workbench};
@@ -29,9 +29,7 @@ enum Task {
     Begin,
     /// Sample C_N.
     Explore,
-    /// Join the samples.
-    Join,
-    /// Take a route.
+    /// Search a route over lines between them.
     Route,
     /// Sample placements; this many are left.
     Place {
@@ -85,12 +83,7 @@ impl WRpg {
         match self.task {
             Task::Begin => return Ok(self.begin(bench)),
             Task::Explore => self.explore(bench),
-            Task::Join => {
-                if !self.exploration.join_next(bench, self.disc_radius(bench)) {
-                    self.task = Task::Route;
-                }
-            }
-            Task::Route => return Ok(self.take_route(bench)),
+            Task::Route => return Ok(self.seek_route(bench)),
             Task::Place { left } => self.place(bench, left)?,
             Task::Connect => self.connect(bench)?,
             Task::Modes => return self.run_modes(bench, budget),
@@ -145,19 +138,23 @@ impl WRpg {
         let wanted = self.parameters.route_samples as usize * self.round as usize;
         if self.exploration.samples() >= wanted || self.exploration.is_full() {
             bench.counts.route += 1;
-            self.task = Task::Join;
+            self.exploration.begin_route();
+            self.task = Task::Route;
         } else {
             self.exploration.sample(bench);
         }
     }
 
-    fn take_route(&mut self, bench: &mut Workbench<'_>) -> MethodEvent {
-        if !self.exploration.find_route(bench) {
-            return self.end_round();
+    fn seek_route(&mut self, bench: &mut Workbench<'_>) -> MethodEvent {
+        match self.exploration.seek_route(bench, f64::INFINITY) {
+            RouteEvent::Continue => {}
+            RouteEvent::Exhausted => return self.end_round(),
+            RouteEvent::Found => {
+                let (radius, ground) = (self.disc_radius(bench), Self::ground_height(bench, START));
+                self.area.set_discs(self.exploration.route(), radius, ground);
+                self.task = Task::Place { left: 2 * self.parameters.placements };
+            }
         }
-        let (radius, ground) = (self.disc_radius(bench), Self::ground_height(bench, START));
-        self.area.set_discs(self.exploration.route(), radius, ground);
-        self.task = Task::Place { left: 2 * self.parameters.placements };
         MethodEvent::Continue
     }
 

@@ -21,17 +21,24 @@ pub(crate) struct RootPostures {
     tried: u64,
     /// Number of postures to try.
     wanted: u64,
+    /// Whether they roll.
+    has_roll: bool,
 }
 
 impl RootPostures {
     /// No posture. Allocates.
     pub fn new() -> Self {
-        Self { postures: reserve(POSTURES_MAX), tried: 0, wanted: 0 }
+        Self { postures: reserve(POSTURES_MAX), tried: 0, wanted: 0, has_roll: true }
     }
 
     /// All postures so far, the upright one first.
     pub fn all(&self) -> &[RootPosture] {
         &self.postures
+    }
+
+    /// Leaves out the roll: for measurements.
+    pub fn leave_out_roll(&mut self) {
+        self.has_roll = false;
     }
 
     /// Asks for more postures.
@@ -53,7 +60,8 @@ impl RootPostures {
         let count = (self.wanted - self.tried).min(budget.max(1)).min(CROUCH_BATCH_MAX as u64);
         let next: heapless::Vec<u64, CROUCH_BATCH_MAX> = (self.tried..self.tried + count).collect();
         let tried = context.threads.map(&next, |index| {
-            let crouch = crouch(index);
+            let roll = if self.has_roll { 1.0 } else { 0.0 };
+            let crouch = Crouch { roll: roll * crouch(index).roll, ..crouch(index) };
             let trial = CrouchTrial::new(context.constraints, context.upper_body, crouch);
             let mid_feet_from_root = trial.mid_feet_from_root()?;
             let may_step = trial.failures(&POSTURE_TEST_STRIDES) == 0;

@@ -221,6 +221,11 @@ impl RouteSearch {
         &mut self.run.later
     }
 
+    /// Lets the root lean forward and backward alone: for measurements.
+    pub fn leave_out_roll(&mut self) {
+        self.postures.leave_out_roll();
+    }
+
     /// Searches a route along which the root leans where it must, beside the route that is known
     /// and is kept until then. Returns `false` if such routes are left out.
     pub fn begin_leaning(&mut self) -> bool {
