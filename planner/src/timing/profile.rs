@@ -199,11 +199,11 @@ mod tests {
 
     #[test]
     fn the_fastest_approach_of_a_rest_does_not_stand_still_before_it() {
-        // The faster the robot comes to the second place, the harder it must brake there, so that
-        // the fastest rate at it ends with a standstill at the third one.
+        // The faster the robot comes to the fourth place, the harder it must brake there, so that
+        // the fastest rate at it ends with a standstill at the fifth one.
         let bounds = [[4.0, 370.0, 1.1, 15.0], [3.3, 137.0, 0.7, 14.0], [2.7, 79.0, 0.4, 13.0]];
-        let mut grid = nodes(4, 0.053, |_| RateSet::within(1.0, 10.0));
-        for (node, [up, up_less, down, down_more]) in grid[1..].iter_mut().zip(bounds) {
+        let mut grid = nodes(6, 0.0885, |_| RateSet::within(1.0, 10.0));
+        for (node, [up, up_less, down, down_more]) in grid[3..].iter_mut().zip(bounds) {
             node.rates.clip(DVec2::new(up_less, 1.0), up, Limit::PathRate);
             node.rates.clip(DVec2::new(-down_more, -1.0), down, Limit::PathRate);
         }
