@@ -57,9 +57,11 @@ impl Node {
 }
 
 /// Writes to `ceilings` the largest squared speed at each node from which the rest of the nodes can
-/// be walked; the robot rests at the last one.
+/// be walked; the robot rests at the last one. It does not rest at the node before a rest, from
+/// which it would not get anywhere.
 pub fn controllable(nodes: &[Node], ceilings: &mut [f64]) {
     let mut after: Option<(f64, f64)> = None;
+    let mut least = 0.0;
     let mut end = RateSet::default();
     for (node, ceiling) in nodes.iter().zip(ceilings).rev() {
         let allowed = node.allowed();
@@ -71,11 +73,15 @@ pub fn controllable(nodes: &[Node], ceilings: &mut [f64]) {
             }
             let normal = DVec2::new(1.0, 2.0 * step);
             set.clip(normal, ceiling, Limit::PathRate);
-            set.clip(-normal, END_ROUNDING, Limit::PathRate);
+            set.clip(-normal, END_ROUNDING - least, Limit::PathRate);
         }
-        let is_last = after.is_none();
         let fastest = set.fastest().map_or(0.0, |rate| rate.x.max(0.0));
-        *ceiling = if node.rests || is_last { 0.0 } else { fastest };
+        *ceiling = if node.rests || after.is_none() { 0.0 } else { fastest };
+        least = match after {
+            Some((position, _)) if position <= node.position => least.min(*ceiling),
+            Some((_, ceiling_after)) if ceiling_after == 0.0 => LEAST_SHARE * *ceiling,
+            _ => 0.0,
+        };
         after = Some((node.position, *ceiling));
         end = allowed;
     }
@@ -116,6 +122,8 @@ pub fn fastest(nodes: &[Node], ceilings: &[f64], speeds: &mut [f64]) -> bool {
 const ROUNDING: f64 = 1e-7;
 /// How far below 0 the squared speed at the end of a cell may be before it counts as 0.
 const END_ROUNDING: f64 = 1e-8;
+/// Share of the largest squared speed at the node before a rest that the robot has there at least.
+const LEAST_SHARE: f64 = 0.01;
 /// Squared speed at both ends of a cell that does not get anywhere.
 const STANDSTILL: f64 = 1e-10;
 
@@ -187,5 +195,18 @@ mod tests {
         let mut grid = nodes(101, 1.0, |_| RateSet::within(100.0, 2.0));
         grid[50].rests = true;
         assert!((duration(&grid) - 2.0).abs() < 1e-6, "{}", duration(&grid));
+    }
+
+    #[test]
+    fn the_fastest_approach_of_a_rest_does_not_stand_still_before_it() {
+        // The faster the robot comes to the fourth place, the harder it must brake there, so that
+        // the fastest rate at it ends with a standstill at the fifth one.
+        let bounds = [[4.0, 370.0, 1.1, 15.0], [3.3, 137.0, 0.7, 14.0], [2.7, 79.0, 0.4, 13.0]];
+        let mut grid = nodes(6, 0.0885, |_| RateSet::within(1.0, 10.0));
+        for (node, [up, up_less, down, down_more]) in grid[3..].iter_mut().zip(bounds) {
+            node.rates.clip(DVec2::new(up_less, 1.0), up, Limit::PathRate);
+            node.rates.clip(DVec2::new(-down_more, -1.0), down, Limit::PathRate);
+        }
+        assert!(duration(&grid).is_finite());
     }
 }
