@@ -90,13 +90,13 @@ impl FollowedMotion {
         let Self { keys, state } = self;
         let end = keys.len().saturating_sub(1);
         let mut offset = RootOffset::default();
-        for index in 1..end {
-            let FollowedKey { configuration, com, world_from_soles } = &keys[index];
+        for (index, key) in keys.iter_mut().enumerate().take(end).skip(1) {
+            let FollowedKey { configuration, com, world_from_soles } = key;
             let kept = Kept { com: *com, world_from_soles };
             offset = kept.offset_inside(robot, configuration, offset, state);
             let share = (index.min(end - index) as f64 / SLACK_KEYS as f64).min(1.0);
             if let Some(moved) = kept.with(robot, configuration, offset.scaled(share), state) {
-                keys[index].configuration = moved;
+                *configuration = moved;
             }
         }
     }

@@ -79,7 +79,7 @@ pub fn controllable(nodes: &[Node], ceilings: &mut [f64]) {
         *ceiling = if node.rests || after.is_none() { 0.0 } else { fastest };
         least = match after {
             Some((position, _)) if position <= node.position => least.min(*ceiling),
-            Some((_, ceiling_after)) if ceiling_after == 0.0 => LEAST_SHARE * *ceiling,
+            Some((_, 0.0)) => LEAST_SHARE * *ceiling,
             _ => 0.0,
         };
         after = Some((node.position, *ceiling));
