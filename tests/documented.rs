@@ -49,6 +49,8 @@ fn run_page(page: &str, folder: &Path) {
             .current_dir(folder)
             .env("PATH", &path)
             .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
+            // Cargo's may lead to the library of an older build.
+            .env_remove("LD_LIBRARY_PATH")
             .output()
             .unwrap();
         let [out, err] =

@@ -221,7 +221,8 @@ fn walk_with_all_readers(seed: u64) {
     let sampler = Reader::start(surefoot(&sample));
     let listener = cpp_listener(folder.path()).map(|program| {
         let mut command = Command::new(program);
-        command.arg(&name);
+        // Cargo's may lead to the library of an older build.
+        command.arg(&name).env_remove("LD_LIBRARY_PATH");
         Reader::start(command)
     });
     let ros = ros_reader(&name).map(Reader::start);
