@@ -209,7 +209,13 @@ fn closed_form_round_trip(model: &RobotModel, limb: usize) {
     assert!(leg.is_closed_form());
     let mut random = Random::new(2, Stream::Preparation, limb as u64, 0);
     for sample in 0..SAMPLES {
-        let sampled_q = random_positions(model, MARGIN, &mut random);
+        let mut sampled_q = random_positions(model, MARGIN, &mut random);
+        // The knee never bends backward.
+        for joint in leg.joints() {
+            if !joint.is_within_limits(sampled_q[joint.index]) {
+                sampled_q[joint.index] = random.uniform(joint.lower, joint.upper);
+            }
+        }
         let hint = random_positions(model, MARGIN, &mut random);
         let sole = leg.root_from_sole(&sampled_q);
         let mut q = hint.clone();
