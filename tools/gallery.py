@@ -42,9 +42,10 @@ HEAD = """\
 The plans of shipped scenarios, and one search that found none, as
 `surefoot plan NAME --picture NAME.png` draws them. `tools/gallery.py` makes this page.
 
-The robot is drawn at up to eight instants, from the start (blue) to the goal (red). Left soles are
-teal, right soles magenta; the lines around them are the support polygons, and the thin line above
-is the path of the root link.
+The robot is drawn at up to eight instants, from the start (blue) to the goal (red), under their
+times where these are not hidden; lines of a floor are 0.5 m apart. Left soles are teal, right soles
+magenta; the lines around them are the support polygons, and the thin line above is the path of the
+centre of mass.
 """
 SEARCH = """\
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::picture::camera::Size;
+use crate::picture::camera::{Camera, Size};
 use crate::picture::caption::{write_label, write_scale, write_title};
 use crate::picture::colour::Encoder;
 use crate::picture::output::Image;
@@ -21,6 +21,8 @@ const FIGURES_MAX: usize = 8;
 const FIGURE_SPACING: f64 = 0.55;
 /// How far a figure's time stands over its head, m.
 const LABEL_GAP: f64 = 0.03;
+/// About the size of a time, columns and rows: others keep as far from it.
+const LABEL_HALF: DVec3 = DVec3::new(70.0, 24.0, 0.0);
 /// Frames of a moving picture, and about how many there are for each stance.
 const FRAMES_MIN: usize = 60;
 const FRAMES_MAX: usize = 120;
@@ -44,11 +46,11 @@ pub fn still(scene: &PictureScene) -> Image {
     let renderer = Renderer::new(scene, view, sun, STILL);
     let mut image = renderer.picture(&figures, Ground::All, &Encoder::new());
     if figures.len() > 1 {
-        for figure in &figures {
-            let head = above_head(scene, figure.at);
-            let screen = camera.screen(camera.view(head), STILL);
-            let seconds = format!("{:.1} s", scene.motion.time_at(figure.at));
-            write_label(&mut image, &seconds, [screen.x, screen.y]);
+        let labels: Vec<Label> =
+            figures.iter().map(|figure| Label::of(scene, &camera, figure.at)).collect();
+        let is_free = |label: &&Label| !labels.iter().any(|other| other.hides(label));
+        for label in labels.iter().filter(is_free) {
+            write_label(&mut image, &label.text, label.at);
         }
     }
     write_title(&mut image, std::slice::from_ref(&scene.title));
@@ -56,13 +58,46 @@ pub fn still(scene: &PictureScene) -> Image {
     image
 }
 
-/// A point above the highest one of the robot.
-fn above_head(scene: &PictureScene, at: f64) -> DVec3 {
-    let tops = scene.robot_at(at).into_iter().map(|surface| {
-        let (low, high) = surface.bounds();
-        (0.5 * (low + high)).with_z(high.z + LABEL_GAP)
-    });
-    tops.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or_default()
+/// The time of a figure, above its head.
+struct Label {
+    text: String,
+    /// Column and row in the still.
+    at: [f64; 2],
+    /// 1 / distance of the figure along the view, 1/m.
+    nearness: f64,
+    /// The rectangle of the figure in the still, with its label: least and largest column and row.
+    covers: [[f64; 2]; 2],
+}
+
+impl Label {
+    fn of(scene: &PictureScene, camera: &Camera, at: f64) -> Self {
+        let on_screen = |point: DVec3| camera.screen(camera.view(point), STILL);
+        let bodies: Vec<(DVec3, DVec3)> =
+            scene.robot_at(at).iter().map(|surface| surface.bounds()).collect();
+        let top = |(low, high): &(DVec3, DVec3)| (0.5 * (low + high)).with_z(high.z + LABEL_GAP);
+        let head = bodies.iter().map(top).max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or_default();
+        let head = on_screen(head);
+        let corners = bodies.iter().flat_map(|(low, high)| [*low, *high]).map(on_screen);
+        let beside = [head + LABEL_HALF, head - LABEL_HALF];
+        let [low, high] = corners
+            .chain(beside)
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| {
+                [low.min(point), high.max(point)]
+            });
+        Self {
+            text: format!("{:.1} s", scene.motion.time_at(at)),
+            at: [head.x, head.y],
+            nearness: head.z,
+            covers: [[low.x, low.y], [high.x, high.y]],
+        }
+    }
+
+    /// Whether this figure stands before the other one's label.
+    fn hides(&self, other: &Self) -> bool {
+        let [low, high] = self.covers;
+        let is_within = |axis: usize| (low[axis]..=high[axis]).contains(&other.at[axis]);
+        self.nearness > other.nearness && is_within(0) && is_within(1)
+    }
 }
 
 /// The scale: the spacing of the grid on floors.

@@ -8,6 +8,7 @@ use crate::commands::bench::methods::method_report::MethodReport;
 use crate::commands::bench::methods::method_trial::MethodSetup;
 use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::scenarios;
+use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 
 /// The scenarios of the bench.
@@ -33,6 +34,9 @@ const SCENARIOS: [&str; 14] = [
 /// # Errors
 /// When a scenario cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &MethodsArguments) -> Result<CommandOutcome, CommandError> {
+    if let Some(folder) = &arguments.out {
+        output_files::check_folder(folder)?;
+    }
     let scenarios = scenarios::load(&arguments.common.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
     let methods = if arguments.methods.is_empty() { &Method::ALL[..] } else { &arguments.methods };
