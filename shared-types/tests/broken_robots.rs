@@ -4,16 +4,8 @@
 
 mod common;
 
-use std::path::Path;
-
-use common::{FOOT_OBJ, Folder, ROBOT, Spoiling, URDF, check_no_panic, check_spoilings};
-use surefoot_shared_types::InputError;
+use common::{FOOT_OBJ, Folder, ROBOT, Spoiling, URDF, check_no_panic, check_spoilings, load};
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::robot::model::RobotModel;
-
-fn load(folder: &Path) -> Result<RobotModel, InputError> {
-    load_robot(&folder.join("robot.toml"))
-}
 
 #[test]
 fn broken_urdfs_are_refused() {

@@ -4,17 +4,10 @@
 
 mod common;
 
-use std::path::Path;
-
-use common::{FOOT_OBJ, Folder, ROBOT, URDF};
+use common::{FOOT_OBJ, Folder, ROBOT, URDF, load};
 use glam::{DVec2, DVec3};
-use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::robot::model::{JointKind, RobotModel};
-use surefoot_shared_types::{InputError, Shape};
-
-fn load(folder: &Path) -> Result<RobotModel, InputError> {
-    load_robot(&folder.join("robot.toml"))
-}
+use surefoot_shared_types::Shape;
+use surefoot_shared_types::robot::model::JointKind;
 
 #[test]
 fn a_good_robot_loads_as_written() {

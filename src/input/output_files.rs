@@ -177,11 +177,12 @@ pub fn draw_search(
     Ok(())
 }
 
-/// Checks that files can be written into a folder.
+/// Checks that files can be written into a folder, if one is named.
 ///
 /// # Errors
 /// It is missing or cannot be written to.
-pub fn check_folder(folder: &Path) -> Result<(), CommandError> {
+pub fn check_folder(folder: Option<&Path>) -> Result<(), CommandError> {
+    let Some(folder) = folder else { return Ok(()) };
     if !folder.is_dir() {
         return Err(unwritable(folder, "the folder does not exist; create it first"));
     }

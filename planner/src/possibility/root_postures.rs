@@ -60,8 +60,10 @@ impl RootPostures {
         let count = (self.wanted - self.tried).min(budget.max(1)).min(CROUCH_BATCH_MAX as u64);
         let next: heapless::Vec<u64, CROUCH_BATCH_MAX> = (self.tried..self.tried + count).collect();
         let tried = context.threads.map(&next, |index| {
-            let roll = if self.has_roll { 1.0 } else { 0.0 };
-            let crouch = Crouch { roll: roll * crouch(index).roll, ..crouch(index) };
+            let mut crouch = crouch(index);
+            if !self.has_roll {
+                crouch.roll = 0.0;
+            }
             let trial = CrouchTrial::new(context.constraints, context.upper_body, crouch);
             let mid_feet_from_root = trial.mid_feet_from_root()?;
             let may_step = trial.failures(&POSTURE_TEST_STRIDES) == 0;

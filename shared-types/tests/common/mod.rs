@@ -6,6 +6,13 @@
 use std::path::{Path, PathBuf};
 
 use surefoot_shared_types::InputError;
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::robot::model::RobotModel;
+
+/// The robot of a folder.
+pub fn load(folder: &Path) -> Result<RobotModel, InputError> {
+    load_robot(&folder.join("robot.toml"))
+}
 
 /// A biped of two one-joint legs. The sole is the underside of a box.
 pub const URDF: &str = r#"<?xml version="1.0"?>

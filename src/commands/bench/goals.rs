@@ -75,9 +75,7 @@ struct Report<'a> {
 /// # Errors
 /// When the robot cannot be used, an output cannot be written, or a signal comes.
 pub fn run(arguments: &GoalsArguments) -> Result<CommandOutcome, CommandError> {
-    if let Some(folder) = &arguments.out {
-        output_files::check_folder(folder)?;
-    }
+    output_files::check_folder(arguments.out.as_deref())?;
     let machine = Machine::this()?;
     let model = load_robot(&arguments.robot)?;
     let world = bare_floor();

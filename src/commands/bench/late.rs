@@ -57,9 +57,7 @@ pub fn run(arguments: &LateArguments) -> Result<CommandOutcome, CommandError> {
         chunks: chunks.len(),
         ..LateReport::default()
     };
-    if let Some(folder) = &arguments.out {
-        output_files::check_folder(folder)?;
-    }
+    output_files::check_folder(arguments.out.as_deref())?;
     for seed in 1..=arguments.walks {
         CommandError::unless_interrupted()?;
         let late = LateChunks { seed, share: arguments.share };

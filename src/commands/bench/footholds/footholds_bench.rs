@@ -67,9 +67,7 @@ struct Report<'a> {
 /// # Errors
 /// When the robot or a world cannot be used, an output cannot be written, or a signal comes.
 pub fn run(arguments: &FootholdsArguments) -> Result<CommandOutcome, CommandError> {
-    if let Some(folder) = &arguments.out {
-        output_files::check_folder(folder)?;
-    }
+    output_files::check_folder(arguments.out.as_deref())?;
     let machine = Machine::this()?;
     let model = load_robot(&arguments.robot)?;
     let sole = &model.feet[0].polygon;

@@ -34,9 +34,7 @@ const SCENARIOS: [&str; 14] = [
 /// # Errors
 /// When a scenario cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &MethodsArguments) -> Result<CommandOutcome, CommandError> {
-    if let Some(folder) = &arguments.out {
-        output_files::check_folder(folder)?;
-    }
+    output_files::check_folder(arguments.out.as_deref())?;
     let scenarios = scenarios::load(&arguments.common.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
     let methods = if arguments.methods.is_empty() { &Method::ALL[..] } else { &arguments.methods };

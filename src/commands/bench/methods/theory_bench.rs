@@ -62,9 +62,7 @@ struct Report {
 /// # Errors
 /// When a scenario cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &TheoryArguments) -> Result<CommandOutcome, CommandError> {
-    if let Some(folder) = &arguments.out {
-        output_files::check_folder(folder)?;
-    }
+    output_files::check_folder(arguments.out.as_deref())?;
     let scenarios = scenarios::load(&arguments.common.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
     let mut rows = vec![];

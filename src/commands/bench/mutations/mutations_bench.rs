@@ -37,9 +37,7 @@ struct Original {
 /// When a scenario cannot be used, the controller refuses a plan as it is, an output cannot be
 /// written, or a signal comes.
 pub fn run(arguments: &MutationsArguments) -> Result<CommandOutcome, CommandError> {
-    if let Some(folder) = &arguments.out {
-        output_files::check_folder(folder)?;
-    }
+    output_files::check_folder(arguments.out.as_deref())?;
     let folder = arguments.out.clone().unwrap_or_else(|| PathBuf::from("."));
     let mut report = MutationsReport::new(arguments.seed);
     let mut originals = Vec::new();
