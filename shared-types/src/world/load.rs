@@ -28,10 +28,10 @@ const EXTENT_MAX: f64 = 200.0;
 ///
 /// The file holds `mu` (0, or 0.001 to 10) and a list of `[[shapes]]`, each with a unique `name`, a
 /// pose (`xyz`, and `rpy` or `quat_xyzw`; metres and radians, identity by default) and exactly one
-/// geometry: `box = { half_extents }`, `sphere = { radius }`, `cylinder = { radius, length }` (along
-/// z, full length), `capsule = { radius, length }` (length of the cylindrical part),
-/// `convex = { points }` or `convex = { path, scale }`, `mesh = { path, scale }` (one number or
-/// three). Paths are relative to the file; docs/FORMATS.md says how STL, OBJ and COLLADA files are read.
+/// geometry: `box = { half_extents }`, `sphere = { radius }`, `cylinder = { radius, length }` (full
+/// length, along z), `capsule = { radius, length }` (length of the cylindrical part), `convex =
+/// { points }` or `convex = { path, scale }`, `mesh = { path, scale }` (one number or three). Paths
+/// are relative to the file; docs/FORMATS.md says how STL, OBJ and COLLADA files are read.
 ///
 /// # Errors
 /// When the file cannot be read or anything in it is out of order: the first such thing, with its
