@@ -137,4 +137,14 @@ mod tests {
         assert_eq!(left.len(), 1);
         assert_eq!(fs::read(&target).unwrap(), b"whole");
     }
+
+    #[test]
+    fn what_is_no_file_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join(".surefoot-1-1.tmp");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        TemporaryFile::beside(&folder.path().join("a"), None).unwrap();
+        assert!(pipe.exists());
+    }
 }
