@@ -12,10 +12,13 @@ mod chunk_stream;
 mod private_folder;
 
 use std::fs;
+use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use chunk_stream::plan;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::ipc;
 use private_folder::private_folder;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
 use surefoot_controller_sim::channel::{ReceiverStats, Refusal};
@@ -373,41 +376,59 @@ fn a_subscriber_that_never_reads_does_not_block_the_walk() {
     test_instance.close();
 }
 
-/// Publishes what `forge` makes of every feedback that an observer receives, until `over` is set.
-fn forge(
-    instance: &Instance,
-    over: &AtomicBool,
-    mut forge: impl FnMut(&Feedback) -> Option<Feedback>,
-) {
-    let observer = Observer::open(instance).unwrap();
-    let participant = Participant::open(instance).unwrap();
-    let publisher = participant.feedback.publisher_builder().create().unwrap();
-    while !over.load(Ordering::Relaxed) {
-        while let Some(feedback) = observer.feedback().unwrap() {
-            if let Some(mut forged) = forge(&feedback) {
-                forged.write_crc();
-                publisher.send_copy(forged).unwrap();
+/// Ports for a process that forges feedback: an observer of all messages, and a publisher.
+struct Forger {
+    observer: Observer,
+    publisher: Publisher<ipc::Service, Feedback, ()>,
+    _participant: Participant,
+}
+
+impl Forger {
+    fn open(instance: &Instance) -> Self {
+        let observer = Observer::open(instance).unwrap();
+        let participant = Participant::open(instance).unwrap();
+        let making = participant.making().unwrap();
+        let publisher = participant.feedback.publisher_builder().create().unwrap();
+        drop(making);
+        Self { observer, publisher, _participant: participant }
+    }
+
+    /// Publishes what `forge` makes of every feedback that it receives, until `over` is set.
+    fn run(&self, over: &AtomicBool, mut forge: impl FnMut(&Feedback) -> Option<Feedback>) {
+        while !over.load(Ordering::Relaxed) {
+            while let Some(feedback) = self.observer.feedback().unwrap() {
+                if let Some(mut forged) = forge(&feedback) {
+                    forged.write_crc();
+                    self.publisher.send_copy(forged).unwrap();
+                }
             }
+            std::thread::sleep(Duration::from_micros(200));
         }
-        std::thread::sleep(Duration::from_micros(200));
     }
 }
 
 /// Delivers `chunks` to a controller that takes 2 ms for each, while another process forges
-/// feedback; returns the delivery and the chunks that the controller checked.
+/// feedback; returns the delivery and the chunks that the controller checked. All ports exist
+/// before the first message: iceoryx2 does not repeat a connection that fails, and of the three
+/// processes only planner and controller make their ports anew.
 fn deliver_beside(
     chunks: &[PlanChunk],
     forging: impl FnMut(&Feedback) -> Option<Feedback> + Send,
 ) -> (Delivery, Vec<u64>) {
     let test_instance = TestInstance::new();
-    let over = AtomicBool::new(false);
+    let (over, all_open) = (AtomicBool::new(false), Barrier::new(3));
     let found = std::thread::scope(|scope| {
         let [to, from, beside] = [(); 3].map(|()| test_instance.attach());
-        let over = &over;
-        scope.spawn(move || forge(&beside, over, forging));
+        let (over, all_open) = (&over, &all_open);
+        scope.spawn(move || {
+            let forger = Forger::open(&beside);
+            all_open.wait();
+            forger.run(over, forging);
+        });
         let controller = scope.spawn(move || {
             let mut seen = Vec::new();
             let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
+            all_open.wait();
             let mut check_chunk = accept_all(&mut seen, Duration::from_millis(2));
             let is_going = || !over.load(Ordering::Relaxed);
             while is_going() {
@@ -417,7 +438,10 @@ fn deliver_beside(
             drop(check_chunk);
             seen
         });
-        let delivery = deliver(&to, chunks);
+        let mut publisher = PlanPublisher::open(&to, random_id()).unwrap();
+        all_open.wait();
+        let delivery = publisher.deliver(chunks, &mut |_| {}, &|| true).unwrap();
+        drop(publisher);
         over.store(true, Ordering::Relaxed);
         (delivery, controller.join().unwrap())
     });
@@ -445,6 +469,7 @@ fn a_forged_refusal_and_a_forged_acceptance_do_not_mislead() {
         }
         Some(lie)
     });
+    assert!(forged > 1, "{forged} messages were forged");
     assert_eq!((delivery.outcome, delivery.accepted), (DeliveryOutcome::Accepted, 60));
     assert_eq!(seen, (0..60).collect::<Vec<_>>());
 }

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Mutation tests of a crate with one build for all mutants.
 
-usage: mutants.py FOLDER [FOLDER ...] [--crate controller-sim] [--again] [--jobs N]
+usage: mutants.py FOLDER [FOLDER ...] [--crate controller-sim] [--again] [--sample N [--seed S]]
+                  [--jobs N]
 
 cargo-mutants lists the mutants. A copy of the crate under target/mutants holds all of them, each
 behind a switch that an environment variable sets when a test starts, so that a mutant costs the run
 of its tests and no build. A first run of every test records which mutants it reaches; a mutant is
 tried with these tests alone, the quickest ones first. Mutants in constants cannot be switched; the
 report lists them for cargo-mutants itself. With --again only those that the last run of the same
-folders missed are tried.
+folders missed are tried, with --sample a random choice of so many.
 
 FOLDER is relative to the crate's src. The report is target/mutants/CRATE.json; the summary and what
 is missed go to the standard output. exit: 0 none is missed, 1 some are, 2 cannot be run.
@@ -21,6 +22,7 @@ import collections
 import concurrent.futures
 import json
 import os
+import random
 import resource
 import shutil
 import subprocess
@@ -482,6 +484,8 @@ def main():
     parser.add_argument("folders", nargs="+", metavar="FOLDER")
     parser.add_argument("--crate", default="controller-sim")
     parser.add_argument("--again", action="store_true", help="only those missed before")
+    parser.add_argument("--sample", type=int, metavar="N", help="only a random choice of N")
+    parser.add_argument("--seed", type=int, default=1, help="of the choice")
     parser.add_argument("--jobs", type=int, default=1)
     arguments = parser.parse_args()
     report = SCRATCH / f"{arguments.crate}.json"
@@ -501,6 +505,8 @@ def main():
         outcome.setdefault(number, known.get(key, "untried"))
     # Those that the last run missed come first.
     tried = [n for n in tested if outcome[n] != "caught"]
+    if arguments.sample is not None:
+        tried = random.Random(arguments.seed).sample(tried, min(arguments.sample, len(tried)))
     tried.sort(key=lambda number: outcome[number] != "missed")
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         for done, (number, found) in enumerate(

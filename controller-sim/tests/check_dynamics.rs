@@ -53,12 +53,6 @@ fn check(waypoints: &[Waypoint], stops: &[Stop]) -> Result<Margins, Violation> {
     check_with(robot(), world(vec![]), waypoints, stops)
 }
 
-fn refused(result: Result<Margins, Violation>, check: Check, words: &str) {
-    let violation = result.expect_err("must be refused");
-    assert_eq!(violation.check, check, "{violation}");
-    assert!(violation.detail.contains(words), "{violation}");
-}
-
 #[test]
 fn a_gentle_swing_is_accepted_with_the_margins_computed_by_hand() {
     let still = check(&smooth_swing(0.0, 1.0, 6), &[]).unwrap();

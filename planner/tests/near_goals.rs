@@ -78,6 +78,22 @@ fn an_obstacle_on_the_straight_way_leaves_the_goal_to_stage_p() {
 }
 
 #[test]
+fn a_pit_on_the_straight_way_leaves_the_goal_to_stage_p() {
+    // Direct steps find no ground in the pit before any path of theirs is tried.
+    let mut case = goal([1.4, 0.0], 0.0, 0.2);
+    case.world.shapes.clear();
+    let case = case
+        .with_box([-1.0, 0.0, -0.25], [1.2, 2.0, 0.25])
+        .with_box([2.4, 0.0, -0.25], [1.2, 2.0, 0.25])
+        .with_box([0.7, 1.2, -0.25], [0.6, 0.4, 0.25])
+        .configured(|planner| planner.work_max = 200_000);
+    for seed in 1..=3 {
+        let planner = found(&case.clone().with_seed(seed), "around a pit");
+        assert!(planner.stats().routes > 0, "the pit lies in the way");
+    }
+}
+
+#[test]
 fn a_kerb_is_climbed_directly() {
     let mut case = goal([1.0, 0.0], 0.0, 0.2).with_box([1.0, 0.0, 0.05], [0.5, 1.0, 0.05]);
     case.scenario.goal.position.z = 0.1;

@@ -370,6 +370,9 @@ pub struct MonitorArguments {
     /// The instance to monitor [default: the only one that runs]
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
+    /// Create the instance: a tunnel brings its messages from another host
+    #[arg(long, requires = "instance")]
+    pub create: bool,
     /// Print one JSON object a line
     #[arg(long)]
     pub json: bool,
@@ -436,6 +439,8 @@ pub struct CheckArguments {
 pub enum ConfigCommand {
     /// Print every parameter with value, unit, default, range and the origin of the value
     Show(ConfigShowArguments),
+    /// Print iceoryx2's configuration of a running instance, for a tunnel to another host
+    Iceoryx2(ConfigIceoryxArguments),
 }
 
 /// `surefoot config show`.
@@ -446,6 +451,14 @@ pub struct ConfigShowArguments {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// `surefoot config iceoryx2`.
+#[derive(Debug, Args)]
+pub struct ConfigIceoryxArguments {
+    /// The instance
+    #[arg(long, value_name = "NAME")]
+    pub instance: String,
 }
 
 /// `surefoot doctor`.

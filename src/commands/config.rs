@@ -1,4 +1,5 @@
 //! `surefoot config show`: every parameter with its value and where the value comes from.
+//! `surefoot config iceoryx2`: where an instance's shared memory is.
 
 use std::collections::BTreeMap;
 use std::ops::Bound;
@@ -10,9 +11,10 @@ use surefoot_shared_types::config::parameter_lines::parameter_lines;
 use surefoot_shared_types::config::parameters::PARAMETERS;
 use surefoot_shared_types::config::scenario_source::ScenarioSource;
 use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
+use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::scenario::load::scenario_of;
 
-use crate::cli::arguments::ConfigShowArguments;
+use crate::cli::arguments::{ConfigIceoryxArguments, ConfigShowArguments};
 use crate::input::shipped::scenario_path;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
@@ -34,6 +36,20 @@ pub fn run(arguments: &ConfigShowArguments) -> Result<CommandOutcome, CommandErr
     let configuration = configuration(arguments.scenario.as_deref())?;
     let text = if arguments.json { configuration.json() } else { configuration.table() };
     terminal::print_result(&text);
+    Ok(CommandOutcome::Done)
+}
+
+/// Prints iceoryx2's configuration of a running instance, for iceoryx2's own programs.
+///
+/// # Errors
+/// There is no such instance.
+pub fn print_iceoryx(arguments: &ConfigIceoryxArguments) -> Result<CommandOutcome, CommandError> {
+    let instance = Instance::attach(&arguments.instance)?;
+    terminal::print_result(&format!(
+        "[global]\nroot-path = \"{}\"\nprefix = \"{}\"",
+        instance.root().display(),
+        instance.segment_prefix()
+    ));
     Ok(CommandOutcome::Done)
 }
 

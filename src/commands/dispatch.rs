@@ -34,6 +34,7 @@ fn run_command(arguments: &Arguments) -> u8 {
         Command::Robot(command) => robot::run(command),
         Command::Check(arguments) => check::run(arguments),
         Command::Config(ConfigCommand::Show(arguments)) => config::run(arguments),
+        Command::Config(ConfigCommand::Iceoryx2(arguments)) => config::print_iceoryx(arguments),
         Command::Bench(arguments) => command::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),
         Command::List(arguments) => list::run(arguments),

@@ -35,7 +35,9 @@ pub fn run(arguments: &MonitorArguments) -> Result<CommandOutcome, CommandError>
         Some(name) => name.clone(),
         None => only_instance(&Instance::running()?)?,
     };
-    let observer = Observer::open(&Instance::attach(&name)?)?;
+    let instance =
+        if arguments.create { Instance::create(&name)? } else { Instance::attach(&name)? };
+    let observer = Observer::open(&instance)?;
     let mut monitor =
         Monitor { observer, json: arguments.json, stats: MonitorStats::default(), summary_at: 0.0 };
     monitor.run(arguments.seconds.unwrap_or(f64::INFINITY))
@@ -106,7 +108,8 @@ impl Monitor {
     }
 
     fn print_summary(&mut self, now: f64) {
-        let summary = self.stats.summary(now, now - self.summary_at);
+        let missed = self.observer.missed_chunks();
+        let summary = self.stats.summary(now, now - self.summary_at, missed);
         self.summary_at = now;
         self.print(&[summary]);
     }

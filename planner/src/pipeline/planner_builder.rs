@@ -1,6 +1,7 @@
 //! Builds a planner: compiles robot and world, and reserves all memory of a search.
 
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::MotionKind;
@@ -223,9 +224,9 @@ impl<'a> PlannerBuilder<'a> {
         let mut endpoints = EndpointStage::new(self.scenario, self.world);
         endpoints.is_other_method = method.search.is_some();
         let edges_max = config.configurations_max as usize;
-        let upper_body = UpperBody::new(self.model, &context.constraints.robot);
+        let upper_body = Arc::new(UpperBody::new(self.model, &context.constraints.robot));
         let stages = Stages {
-            relaxation: RelaxationStage::new(upper_body.clone()),
+            relaxation: RelaxationStage::new(Arc::clone(&upper_body)),
             route: RouteStage::new(upper_body, endpoints.stances()[0].stance_width),
             endpoints,
             segmentation: SegmentationStage::default(),
@@ -361,7 +362,7 @@ impl<'a> PlannerBuilder<'a> {
         let checked_margin = self.scenario.checker.com_margin + COM_MARGIN_RESERVE;
         let most = self.scenario.planner.com_margin - checked_margin;
         let balance = BalanceReserve { checked_margin, most };
-        let timing = TimeParameterization::new(self.model, balance);
+        let timing = TimeParameterization::new(self.model, balance, self.world.mu);
         let mut chunks = ChunkBuilder::new(waypoints_max, provenance, timing);
         let (plan_id, epoch) = self.plan_name;
         chunks.set_plan_id(plan_id, epoch);

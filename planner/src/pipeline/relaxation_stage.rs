@@ -1,6 +1,8 @@
 //! The relaxed problem between start and goal: shows where there can be no plan, and gives stage P
 //! a coarse path where there may be one.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::base::spatial::rotation_about;
@@ -45,7 +47,7 @@ pub(crate) struct RelaxationStage {
     problem: RelaxedProblem,
     path: PathSearch,
     /// The robot above its legs.
-    upper_body: UpperBody,
+    upper_body: Arc<UpperBody>,
     activity: Activity,
     /// Whether a path was searched.
     has_tried_path: bool,
@@ -53,7 +55,7 @@ pub(crate) struct RelaxationStage {
 
 impl RelaxationStage {
     /// A problem with reserved memory. Allocates.
-    pub fn new(upper_body: UpperBody) -> Self {
+    pub fn new(upper_body: Arc<UpperBody>) -> Self {
         Self {
             problem: RelaxedProblem::new(),
             path: PathSearch::new(),

@@ -1,5 +1,7 @@
 //! Stage P: finds a guide route, and how the robot crouches along it [Grey 3, 4.1-4.3].
 
+use std::sync::Arc;
+
 use surefoot_shared_types::message::SupportMode;
 
 use crate::base::capacity::ArenaFull;
@@ -27,7 +29,7 @@ const REPLACED_EVERY: u64 = 4;
 #[derive(Debug)]
 pub(crate) struct RouteStage {
     /// The robot above its legs.
-    upper_body: UpperBody,
+    upper_body: Arc<UpperBody>,
     /// Distance between the feet at the ends, m.
     stance_width: f64,
     /// Whether a route is found and its crouch profile is being chosen.
@@ -44,7 +46,7 @@ pub(crate) struct RouteStage {
 
 impl RouteStage {
     /// For a robot whose feet are `stance_width` (m) apart at the ends.
-    pub fn new(upper_body: UpperBody, stance_width: f64) -> Self {
+    pub fn new(upper_body: Arc<UpperBody>, stance_width: f64) -> Self {
         Self {
             upper_body,
             stance_width,

@@ -12,9 +12,9 @@
 //! neighbours allow, so the times are valid after every sweep.
 //!
 //! An acceleration of the centre of mass moves the zero-moment point by `h / g` of it, where `h` is
-//! the height of the centre of mass. A change of its speed counts as spread over at most
-//! [`SPREAD_MAX`]. At last all times are stretched until joints that pass the waypoints with a
-//! continuous speed keep their limits.
+//! the height of the centre of mass, and friction has to hold it. A change of its speed counts as
+//! spread over at most [`SPREAD_MAX`]. At last all times are stretched until joints that pass the
+//! waypoints with a continuous speed keep their limits.
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
@@ -26,8 +26,9 @@ use surefoot_shared_types::world::world::GRAVITY;
 use crate::kinematics::forward::Kinematics;
 use crate::plan::joint_acceleration::needed_accelerations;
 use crate::plan::tuning::{
-    ACCELERATION_SHARE, BALANCE_RESERVE_MIN, CENTRE_SHIFT_SHARE, HALVINGS, JOINT_SPEED_MAX,
-    LIMIT_SHARE, POLYNOMIAL_SLOWDOWN, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+    ACCELERATION_SHARE, BALANCE_RESERVE_MIN, CENTRE_SHIFT_SHARE, FRICTION_SHARE, HALVINGS,
+    JOINT_SPEED_MAX, LIMIT_SHARE, POLYNOMIAL_SLOWDOWN, ROOT_SPEED_MAX, SPREAD_MAX, SWEEPS,
+    WAYPOINT_INTERVAL_MIN,
 };
 use crate::robot::mechanism::LINKS_MAX;
 use crate::timing::ground::Ground;
@@ -44,6 +45,8 @@ pub struct TimeParameterization {
     accelerations: [f64; JOINTS_MAX],
     kinematics: Kinematics,
     balance: BalanceReserve,
+    /// Largest acceleration of the centre of mass that friction holds, m/s2.
+    friction_acceleration: f64,
 }
 
 /// How far accelerations may move the zero-moment point from the centre of mass, seen from above.
@@ -86,8 +89,8 @@ pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
 }
 
 impl TimeParameterization {
-    /// The limits of a robot.
-    pub fn new(model: &RobotModel, balance: BalanceReserve) -> Self {
+    /// The limits of a robot on ground with a coefficient of friction `mu`.
+    pub fn new(model: &RobotModel, balance: BalanceReserve, mu: f64) -> Self {
         let limits = |limit: fn(&Joint) -> f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             limits.iter_mut().zip(&model.joints).for_each(|(slot, joint)| *slot = limit(joint));
@@ -98,6 +101,7 @@ impl TimeParameterization {
             accelerations: limits(|joint| ACCELERATION_SHARE * joint.acceleration),
             kinematics: Kinematics::new(model),
             balance,
+            friction_acceleration: FRICTION_SHARE * mu * GRAVITY,
         }
     }
 
@@ -146,7 +150,7 @@ impl TimeParameterization {
         for (index, pair) in waypoints.windows(2).enumerate() {
             let centres = [centres[index], centres[index + 1]];
             let height = (centres[0].z.max(centres[1].z) - ground.height).max(0.0);
-            let acceleration = GRAVITY * shift_max / height;
+            let acceleration = (GRAVITY * shift_max / height).min(self.friction_acceleration);
             displacements[index] = Displacements {
                 joints: self.displacements(pair),
                 centre: (centres[1] - centres[0]).truncate() / acceleration,
@@ -270,6 +274,7 @@ mod tests {
             accelerations: [LIMIT; JOINTS_MAX],
             kinematics: Kinematics::new(&model),
             balance: BalanceReserve { checked_margin: 0.0, most: 1e3 },
+            friction_acceleration: f64::INFINITY,
         }
     }
 
@@ -365,12 +370,9 @@ mod tests {
         );
     }
 
-    #[test]
-    fn the_centre_of_mass_accelerates_gently() {
-        let shift = 0.01;
-        let balance = BalanceReserve { checked_margin: 0.0, most: shift / CENTRE_SHIFT_SHARE };
-        let timing = TimeParameterization { balance, ..timing() };
-        // Half a metre forwards, then to the side, at a height of 1 m over the ground.
+    /// The largest acceleration of the centre of mass, 1 m over the ground, on half a metre
+    /// forwards and half a metre to the side, m/s2.
+    fn acceleration_of_a_corner(timing: &TimeParameterization) -> f64 {
         let mut waypoints = vec![Waypoint::zeroed()];
         for step in 1..=20 {
             let mut waypoint = waypoints[step - 1];
@@ -382,19 +384,32 @@ mod tests {
         timing.kinematics.forward(&Pose::IDENTITY, &[0.0; JOINTS_MAX], &mut links);
         let height = timing.kinematics.center_of_mass(&links).z;
         timing.set_intervals(&mut waypoints, &Ground { height: height - 1.0, region: wide() });
-        let acceleration_max = GRAVITY * shift;
         let speed = |pair: &[Waypoint]| {
             let [a, b] = [0, 1].map(|end| DVec2::from_slice(&pair[end].root_position));
             (b - a) / pair[1].time
         };
-        let mut before = (DVec2::ZERO, 0.0);
+        let (mut before, mut largest) = ((DVec2::ZERO, 0.0), 0.0_f64);
         for pair in waypoints.windows(2) {
             let here = (speed(pair), pair[1].time);
             let spread = (0.5 * (before.1 + here.1)).min(SPREAD_MAX);
-            let acceleration = (here.0 - before.0).length() / spread;
-            assert!(acceleration <= acceleration_max * (1.0 + 1e-9), "{acceleration}");
+            largest = largest.max((here.0 - before.0).length() / spread);
             before = here;
         }
+        largest
+    }
+
+    #[test]
+    fn the_centre_of_mass_accelerates_gently() {
+        let shift = 0.01;
+        let balance = BalanceReserve { checked_margin: 0.0, most: shift / CENTRE_SHIFT_SHARE };
+        let timing = TimeParameterization { balance, ..timing() };
+        let acceleration = acceleration_of_a_corner(&timing);
+        assert!(acceleration <= GRAVITY * shift * (1.0 + 1e-9), "{acceleration}");
+        let friction_acceleration = 0.2 * GRAVITY * shift;
+        let slick = TimeParameterization { friction_acceleration, ..timing };
+        let slower = acceleration_of_a_corner(&slick);
+        assert!(slower <= friction_acceleration * (1.0 + 1e-9), "{slower}");
+        assert!(slower > 0.1 * acceleration, "{slower} {acceleration}");
     }
 
     #[test]

@@ -17,6 +17,8 @@ pub(crate) const ACCELERATION_SHARE: f64 = 0.5 * LIMIT_SHARE;
 /// accelerations may move the zero-moment point. The rest covers that the checker's region is
 /// smaller where ground ends under a foot.
 pub(crate) const CENTRE_SHIFT_SHARE: f64 = 0.8;
+/// The share of the friction that accelerations may use, for the same reason.
+pub(crate) const FRICTION_SHARE: f64 = 0.8;
 /// The balance reserve of a motion that has less, m: it is so slow that the checker decides by the
 /// configurations alone.
 pub(crate) const BALANCE_RESERVE_MIN: f64 = 2e-4;

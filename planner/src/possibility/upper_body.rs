@@ -40,7 +40,7 @@ pub(crate) fn is_in_reach(
 }
 
 /// The robot above its legs, in its standing posture.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct UpperBody {
     root_from_links: Vec<Pose>,
     /// For each link: whether it is rigid with the root.

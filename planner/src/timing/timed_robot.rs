@@ -20,7 +20,8 @@ use crate::timing::rate_set::RateSet;
 use crate::timing::sole_twist;
 use crate::timing::support::{FootWrench, SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
-    LIMITS_PART, REST_ACCELERATION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
+    LIMITS_PART, REST_ACCELERATION, SLICK_FRICTION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX,
+    UNSUPPORTED_RATE,
 };
 use crate::timing::zero_moment::{BalanceTerms, ContactGround, GroundLoad};
 
@@ -146,10 +147,10 @@ impl TimedRobot {
             sole_twist::clip(&dynamics, support, &mut rates);
             let problem = self.problem(&dynamics, support, level, LIMITS_PART);
             let mut found = memory.contact_rates.restrict(&problem, &rates);
-            if !can_start(&found, level) {
+            if !self.can_start(&found, level) {
                 found = memory.contact_rates.restrict_by_program(&problem, &rates);
             }
-            if can_start(&found, level) {
+            if self.can_start(&found, level) {
                 return PointLimits { rates: found, level, balance };
             }
         }
@@ -157,6 +158,15 @@ impl TimedRobot {
         let level = Level::Unsupported;
         ground.region(level, *extra).clip(&balance, &mut rates);
         PointLimits { rates, level, balance }
+    }
+
+    /// Whether the path can accelerate from rest in both directions, as a level must allow: less on
+    /// slick ground.
+    fn can_start(&self, rates: &RateSet, level: Level) -> bool {
+        let grip = (self.limits.friction / SLICK_FRICTION).min(1.0);
+        let least = if level == Level::Bare { UNSUPPORTED_RATE } else { REST_ACCELERATION };
+        let range = rates.accelerations_at(0.0);
+        range.is_some_and(|[low, high]| low <= -grip * least && high >= grip * least)
     }
 
     /// The ground under the contacts of a span.
@@ -354,10 +364,3 @@ const SLIP_MIN: f64 = 1e-6;
 
 /// The load of a motion that no contact forces hold, or with a joint beyond its positions.
 pub(crate) const INADMISSIBLE: f64 = 1.04;
-
-/// Whether the path can accelerate from rest in both directions, as a level must allow.
-fn can_start(rates: &RateSet, level: Level) -> bool {
-    let least = if level == Level::Bare { UNSUPPORTED_RATE } else { REST_ACCELERATION };
-    let range = rates.accelerations_at(0.0);
-    range.is_some_and(|[low, high]| low <= -least && high >= least)
-}

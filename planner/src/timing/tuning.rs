@@ -43,6 +43,8 @@ pub(crate) const RATE_CHANGE_MAX: f64 = 300.0;
 /// The acceleration from rest, in both directions, that a level must allow, 1/s. The last one must
 /// allow that of a motion without known contact forces.
 pub(crate) const REST_ACCELERATION: f64 = 0.2;
+/// Friction below which less acceleration must be allowed, in proportion.
+pub(crate) const SLICK_FRICTION: f64 = 0.1;
 /// The largest rate of a motion, and its largest change, where no contact forces are known (1/s).
 pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
 /// Distance from the centre of pressure at which friction holds the moment about the normal of the

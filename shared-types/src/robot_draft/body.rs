@@ -87,17 +87,34 @@ impl LinkShapes {
 
     /// The surface of all links of a body, in the body's frame.
     pub(crate) fn surface(&self, skeleton: &Skeleton, body: NodeIndex) -> SurfacePoints {
-        let poses = skeleton.poses(&vec![0.0; skeleton.nodes.len()]);
-        let body_from_root = poses[body].inverse();
-        let mut surface = SurfacePoints::default();
-        for node in skeleton.body_nodes(body) {
-            let body_from_link = body_from_root * poses[node];
-            for part in self.of(node) {
-                surface.add(&part.shape, &(body_from_link * part.link_from_shape));
-            }
-        }
-        surface
+        surface_of(skeleton, body, |node| self.of(node))
     }
+
+    /// The balls among the collision shapes of a body whose looks stand for it, in the body's
+    /// frame: centres and radii, m.
+    pub(crate) fn contact_balls(&self, skeleton: &Skeleton, body: NodeIndex) -> Vec<(DVec3, f64)> {
+        let is_shown = |node: NodeIndex| !self.visual[node].is_empty();
+        let shapes = |node| if is_shown(node) { &self.collision[node][..] } else { &[] };
+        surface_of(skeleton, body, shapes).balls
+    }
+}
+
+/// The surface of shapes of a body's links, in the body's frame.
+fn surface_of<'s>(
+    skeleton: &Skeleton,
+    body: NodeIndex,
+    shapes: impl Fn(NodeIndex) -> &'s [LinkShape],
+) -> SurfacePoints {
+    let poses = skeleton.poses(&vec![0.0; skeleton.nodes.len()]);
+    let body_from_root = poses[body].inverse();
+    let mut surface = SurfacePoints::default();
+    for node in skeleton.body_nodes(body) {
+        let body_from_link = body_from_root * poses[node];
+        for part in shapes(node) {
+            surface.add(&part.shape, &(body_from_link * part.link_from_shape));
+        }
+    }
+    surface
 }
 
 /// Says how to go on where the only complaint is a missing mesh file.

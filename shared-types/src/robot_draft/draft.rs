@@ -23,7 +23,7 @@ use crate::robot_draft::heading::Heading;
 use crate::robot_draft::locks::{Limbs, limbs};
 use crate::robot_draft::options::DraftOptions;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
-use crate::robot_draft::sole_search::find_sole;
+use crate::robot_draft::sole_search::{carried_by_balls, find_sole};
 use crate::robot_draft::standing_posture::{DraftLeg, StandingPosture, StandingSearch};
 
 /// Shapes of an ankle that reach down to less than this above the sole are a foot's, m.
@@ -226,7 +226,14 @@ impl DraftParts<'_> {
             };
             return Err(self.error(element(), message.to_owned()));
         };
-        Ok(DraftLeg { chain, body, body_from_sole: sole.link_from_sole, polygon: sole.polygon })
+        let on_balls = carried_by_balls(&sole, &self.shapes.contact_balls(self.skeleton, body));
+        Ok(DraftLeg {
+            chain,
+            body,
+            body_from_sole: sole.link_from_sole,
+            stands_on_balls: on_balls.is_some(),
+            polygon: on_balls.unwrap_or(sole.polygon),
+        })
     }
 
     /// Why the robot cannot stand: what was taken for legs hangs as arms do, or bends otherwise.
@@ -265,6 +272,7 @@ impl DraftParts<'_> {
         let visual = self.shapes.visual_nodes(self.skeleton, leg.body);
         let kind = match (visual.is_empty(), self.shapes.has_collision(self.skeleton, leg.body)) {
             (true, _) => "collision shapes",
+            (false, true) if leg.stands_on_balls => "looks, between its collision balls,",
             (false, true) => "looks (its collision shapes are balls)",
             (false, false) => "looks (no collision shape)",
         };

@@ -19,6 +19,10 @@ const AXIS_GAIN_MIN: f64 = 1.1;
 const TURN_MIN: f64 = 2e-3;
 /// The smallest sole, m2: about that of a coin.
 const AREA_MIN: f64 = 5e-4;
+/// Balls whose lowest points lie at most this far from the plane of the sole carry it, m.
+const BALL_GAP_MAX: f64 = 2e-3;
+/// The part of the sole's area by which the balls' points may extend beyond it.
+const BALL_EXCESS_MAX: f64 = 0.02;
 
 /// A flat face.
 #[derive(Debug, Clone)]
@@ -41,6 +45,26 @@ pub(crate) fn find_sole(surface: &SurfacePoints, down: DVec3, forward: DVec3) ->
         (None, face) => face,
     };
     found.filter(|sole| sole.area >= AREA_MIN)
+}
+
+/// The part of a sole of looks that lies between balls, which are what the URDF's collision shapes
+/// touch the ground with: simulators let the foot stand on these points. None where they carry no
+/// sole, or another one than the looks show. Centres and radii are in the frame of the link, m.
+pub(crate) fn carried_by_balls(sole: &FoundSole, balls: &[(DVec3, f64)]) -> Option<Vec<DVec2>> {
+    let sole_from_link = sole.link_from_sole.inverse();
+    let lowest = balls.iter().map(|(centre, radius)| {
+        let centre = sole_from_link * *centre;
+        centre - *radius * DVec3::Z
+    });
+    let touching = lowest.filter(|point| point.z.abs() <= BALL_GAP_MAX);
+    let corners: Vec<DVec2> = touching.map(DVec3::truncate).collect();
+    let polygon = simplified(convex_polygon(&corners));
+    if polygon.len() < 3 || polygon_area(&polygon) < AREA_MIN {
+        return None;
+    }
+    let both: Vec<DVec2> = sole.polygon.iter().chain(&polygon).copied().collect();
+    let excess = polygon_area(&convex_polygon(&both)) - sole.area;
+    (excess <= BALL_EXCESS_MAX * sole.area).then_some(polygon)
 }
 
 fn link_axes() -> impl Iterator<Item = DVec3> {
@@ -151,6 +175,22 @@ mod tests {
         let sole = sole.unwrap();
         assert!((sole.link_from_sole.translation.z + 0.035).abs() < 1e-12);
         assert!((sole.area - 0.15 * 0.06).abs() < 1e-12, "{}", sole.area);
+    }
+
+    #[test]
+    fn balls_below_looks_carry_what_lies_between_them() {
+        let points = block(DVec3::new(-0.07, -0.04, -0.0354), DVec3::new(0.14, 0.04, 0.02));
+        let surface = SurfacePoints { points, balls: vec![] };
+        let sole = find_sole(&surface, DVec3::NEG_Z, DVec3::X).unwrap();
+        let balls = |x: f64, z: f64| {
+            [[x, 0.03], [x, -0.03], [-0.05, 0.025], [-0.05, -0.025]]
+                .map(|[x, y]| (DVec3::new(x, y, z), 0.005))
+        };
+        let polygon = carried_by_balls(&sole, &balls(0.12, -0.03)).unwrap();
+        assert!((polygon_area(&polygon) - 0.17 * 0.055).abs() < 1e-12);
+        assert_eq!(carried_by_balls(&sole, &balls(0.12, -0.027)), None, "3.4 mm above the sole");
+        assert_eq!(carried_by_balls(&sole, &balls(0.16, -0.03)), None, "before the toes");
+        assert_eq!(carried_by_balls(&sole, &balls(0.12, -0.03)[..2]), None, "two points");
     }
 
     #[test]

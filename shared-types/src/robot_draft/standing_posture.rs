@@ -24,6 +24,8 @@ pub(crate) struct DraftLeg {
     pub(crate) chain: Vec<NodeIndex>,
     pub(crate) body: NodeIndex,
     pub(crate) body_from_sole: Pose,
+    /// Whether the polygon is what lies between balls of the collision shapes.
+    pub(crate) stands_on_balls: bool,
     /// In the sole frame.
     pub(crate) polygon: Vec<DVec2>,
 }

@@ -13,7 +13,7 @@ use crate::geometry::shape::Shape;
 use crate::robot::load::robot_from_text;
 use crate::robot::model::RobotModel;
 use crate::robot_draft::text::robot_file;
-use crate::robot_draft::{DraftOptions, RobotDraft};
+use crate::robot_draft::{DraftFoot, DraftOptions, RobotDraft};
 
 /// Soles of a draft are level to within this angle, as a sine: positions have five decimals.
 const LEVEL: f64 = 1e-4;
@@ -212,7 +212,7 @@ fn a_foot_of_balls_stands_on_its_looks() {
              </geometry></collision>"
         )
     };
-    let corners = [(-0.08, -0.06), (-0.08, 0.06), (0.12, -0.06), (0.12, 0.06)];
+    let corners = [(-0.08, -0.06), (-0.08, 0.06), (0.11, -0.06), (0.11, 0.06)];
     let balls: String = corners.iter().map(|&(x, y)| ball(x, y)).collect();
     let shown = |text: &str, foot: &str| {
         changed(text, &format!("<link name=\"{foot}\""), "</link>", |link| {
@@ -222,7 +222,9 @@ fn a_foot_of_balls_stands_on_its_looks() {
     };
     let (draft, model) = drafted(&shown(&shown(&hubo(), "left_foot"), "right_foot"));
     assert_eq!(draft.visual_shapes.len(), 2);
-    assert!(draft.feet[0].source.contains("balls"), "{}", draft.feet[0].source);
+    assert!(draft.feet[0].source.contains("between its collision balls"), "{:?}", draft.feet[0]);
+    let front = |foot: &DraftFoot| foot.polygon.iter().map(|c| c.x).fold(f64::MIN, f64::max);
+    assert!(draft.feet.iter().all(|foot| (front(foot) - 0.11).abs() < 1e-5), "{:?}", draft.feet);
     assert!(model.feet.iter().all(|foot| model.links[foot.link].shapes.len() == 1));
 }
 

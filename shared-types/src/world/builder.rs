@@ -9,7 +9,7 @@ use crate::base::digest::Digest;
 use crate::geometry::shape::Shape;
 use crate::mesh::store::{MeshStore, mesh_from_memory};
 use crate::plan_format::blocks::{PoseBlock, ShapeBlock};
-use crate::world::load::MU_MAX;
+use crate::world::load::{MU_MAX, MU_MIN, is_friction};
 use crate::world::shape_block::{pose_from_block, shape_from_block};
 use crate::world::world::{World, WorldShape};
 
@@ -17,7 +17,7 @@ use crate::world::world::{World, WorldShape};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WorldError {
     /// The coefficient of friction is out of range.
-    #[error("the coefficient of friction is {0}; it lies between 0 and {MU_MAX}")]
+    #[error("the coefficient of friction is {0}; it lies between {MU_MIN} and {MU_MAX}, or is 0")]
     Friction(f64),
     /// There is no shape.
     #[error("a world needs at least one shape to stand on")]
@@ -62,7 +62,7 @@ pub struct NamedGeometry {
 /// # Errors
 /// The first thing that is out of order.
 pub fn build_world(mu: f64, shapes: &[NamedGeometry]) -> Result<World, WorldError> {
-    if !(0.0..=MU_MAX).contains(&mu) {
+    if !is_friction(mu) {
         return Err(WorldError::Friction(mu));
     }
     if shapes.is_empty() {
@@ -162,7 +162,13 @@ mod tests {
 
     #[test]
     fn an_invalid_shape_is_named() {
-        assert_eq!(build_world(-1.0, &[floor()]), Err(WorldError::Friction(-1.0)));
+        for mu in [-1.0, 0.0009, 10.1] {
+            assert_eq!(build_world(mu, &[floor()]), Err(WorldError::Friction(mu)));
+        }
+        assert!(build_world(f64::NAN, &[floor()]).is_err());
+        for mu in [0.0, MU_MIN, MU_MAX] {
+            assert_eq!(build_world(mu, &[floor()]).map(|world| world.mu), Ok(mu));
+        }
         assert_eq!(build_world(0.6, &[]), Err(WorldError::Empty));
         let problem = |shapes: &[NamedGeometry]| match build_world(0.6, shapes).unwrap_err() {
             WorldError::Shape { problem, .. } => problem,

@@ -16,6 +16,9 @@ use crate::world::shape_block::{pose_from_block, shape_from_block};
 use crate::world::world::{World, WorldShape};
 use crate::world::world_file::RawWorld;
 
+/// The smallest coefficient of friction that is not 0: on less, a step takes minutes. Wet ice has
+/// 0.02.
+pub(crate) const MU_MIN: f64 = 0.001;
 /// The largest coefficient of friction.
 pub(crate) const MU_MAX: f64 = 10.0;
 /// A mesh file whose scale is not stated is asked about if it comes out wider than this, m.
@@ -23,12 +26,12 @@ const EXTENT_MAX: f64 = 200.0;
 
 /// Loads a world file.
 ///
-/// The file holds `mu` and a list of `[[shapes]]`, each with a unique `name`, a pose (`xyz`, and
-/// `rpy` or `quat_xyzw`; metres and radians, identity by default) and exactly one geometry:
-/// `box = { half_extents }`, `sphere = { radius }`, `cylinder = { radius, length }` (along z, full
-/// length), `capsule = { radius, length }` (length of the cylindrical part), `convex = { points }`
-/// or `convex = { path, scale }`, `mesh = { path, scale }` (one number or three). Paths are
-/// relative to the file; docs/FORMATS.md says how STL, OBJ and COLLADA files are read.
+/// The file holds `mu` (0, or 0.001 to 10) and a list of `[[shapes]]`, each with a unique `name`, a
+/// pose (`xyz`, and `rpy` or `quat_xyzw`; metres and radians, identity by default) and exactly one
+/// geometry: `box = { half_extents }`, `sphere = { radius }`, `cylinder = { radius, length }` (full
+/// length, along z), `capsule = { radius, length }` (length of the cylindrical part), `convex =
+/// { points }` or `convex = { path, scale }`, `mesh = { path, scale }` (one number or three). Paths
+/// are relative to the file; docs/FORMATS.md says how STL, OBJ and COLLADA files are read.
 ///
 /// # Errors
 /// When the file cannot be read or anything in it is out of order: the first such thing, with its
@@ -92,6 +95,11 @@ fn check_unit(block: &ShapeBlock, loaded: Option<&WorldShape>) -> Result<(), Str
     ))
 }
 
+/// Whether a number is a coefficient of friction on which a robot can walk, or 0.
+pub(crate) fn is_friction(mu: f64) -> bool {
+    mu == 0.0 || (MU_MIN..=MU_MAX).contains(&mu)
+}
+
 struct WorldBuilder<'a> {
     base_dir: &'a Path,
     meshes: MeshStore,
@@ -133,11 +141,10 @@ impl<'a> WorldBuilder<'a> {
         mu_location: &FileLocation,
         bytes: &[u8],
     ) -> Result<World, InputError> {
-        if !(0.0..=MU_MAX).contains(&mu) {
-            return Err(mu_location.error(
-                "mu",
-                format!("is {mu}; a coefficient of friction lies between 0 and {MU_MAX}"),
-            ));
+        if !is_friction(mu) {
+            let range = format!("{MU_MIN} and {MU_MAX}, or is 0");
+            return Err(mu_location
+                .error("mu", format!("is {mu}; a coefficient of friction lies between {range}")));
         }
         if self.shapes.is_empty() {
             return Err(mu_location.error("shapes", "a world needs at least one shape to stand on"));

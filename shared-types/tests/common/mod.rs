@@ -156,36 +156,32 @@ impl Folder {
     }
 }
 
-/// A change that makes a text invalid, and the expected error.
-pub struct Spoiling {
-    /// The replaced text.
-    pub from: &'static str,
-    /// Its replacement, made once.
-    pub to: &'static str,
-    /// Parts of the error.
-    pub complaint: &'static [&'static str],
-}
-
 /// Spoils `file` in one way after the other and checks that loading complains in lines that
-/// name the file.
+/// name the file. A line of `cases` holds a text, its replacement and parts of the error, parted by
+/// ` | `; `\n` is a line break, and `<all>` the whole file.
 pub fn check_spoilings<T: std::fmt::Debug>(
     file: &str,
     good: &str,
-    spoilings: &[Spoiling],
+    cases: &str,
     load: impl Fn(&Path) -> Result<T, InputError>,
 ) {
-    for Spoiling { from, to, complaint } in spoilings {
+    for case in cases.lines().filter(|line| !line.starts_with('#')) {
+        let fields: Vec<&str> = case.split(" | ").collect();
+        let [from, to, complaint @ ..] = &fields[..] else { panic!("{case}") };
+        assert!(!complaint.is_empty(), "{case}");
+        let [from, to] = [from, to].map(|text| text.replace("\\n", "\n"));
+        let from = if from == "<all>" { good } else { from.as_str() };
         let folder = Folder::new();
         assert!(good.contains(from), "{file} does not contain {from}");
-        folder.write(file, good.replacen(from, to, 1).as_bytes());
+        folder.write(file, good.replacen(from, &to, 1).as_bytes());
         let error = match load(folder.path("").as_path()) {
-            Ok(loaded) => panic!("{from} -> {to} was accepted: {loaded:?}"),
+            Ok(loaded) => panic!("{case} was accepted: {loaded:?}"),
             Err(error) => error.to_string(),
         };
         // One complaint a line; one mistake may have several.
         assert!(error.lines().skip(1).all(|line| line.starts_with("error: ")), "{error}");
-        for part in *complaint {
-            assert!(error.contains(part), "{from} -> {to}: '{part}' is not in: {error}");
+        for part in complaint {
+            assert!(error.contains(part), "{case}: '{part}' is not in: {error}");
         }
     }
 }

@@ -50,6 +50,8 @@ pub(crate) struct Summary {
     seconds: f64,
     /// Chunks accepted so far.
     accepted: u64,
+    /// Chunks that were sent and that the monitor missed, so far.
+    missed_chunks: u64,
     /// Chunks seen per second.
     chunks_per_second: f64,
     /// Feedback messages received per second.
@@ -207,12 +209,19 @@ impl MonitorStats {
         self.state_stats.record(state);
     }
 
-    /// The summary of the last `period` (s). Starts a new period.
-    pub(crate) fn summary(&mut self, seconds: f64, period: f64) -> MonitorEvent {
+    /// The summary of the last `period` (s), of a monitor that missed so many chunks in all. Starts
+    /// a new period.
+    pub(crate) fn summary(
+        &mut self,
+        seconds: f64,
+        period: f64,
+        missed_chunks: u64,
+    ) -> MonitorEvent {
         let rate = |count: u64| if period > 0.0 { count as f64 / period } else { 0.0 };
         let summary = Summary {
             seconds,
             accepted: self.accepted,
+            missed_chunks,
             chunks_per_second: rate(self.chunks),
             feedback_per_second: rate(self.feedback_count),
             verdict_latency: quantiles(&mut self.latencies),
@@ -311,8 +320,8 @@ impl MonitorEvent {
 impl Summary {
     fn line(&self) -> String {
         let rates = format!(
-            "{:.1} chunks/s, {:.0} feedback/s",
-            self.chunks_per_second, self.feedback_per_second
+            "{:.1} chunks/s ({} missed), {:.0} feedback/s",
+            self.chunks_per_second, self.missed_chunks, self.feedback_per_second
         );
         let latency = self.verdict_latency.map_or(String::new(), |[p50, p95, max]| {
             format!(
@@ -360,13 +369,16 @@ mod tests {
         assert_eq!(stats.record_feedback(&feedback(0), 1.25).len(), 1, "a controller");
         let stopped = Feedback { brakes: 2, stood: 3.12, ..feedback(2) };
         stats.record_feedback(&stopped, 1.5);
-        let MonitorEvent::Summary(summary) = stats.summary(2.0, 1.0) else { panic!("no summary") };
+        let MonitorEvent::Summary(summary) = stats.summary(2.0, 1.0, 3) else {
+            panic!("no summary")
+        };
         let [p50, _, max] = summary.verdict_latency.unwrap();
         assert!((p50 - 0.4).abs() < 1e-9 && (max - 0.5).abs() < 1e-9, "{summary:?}");
         assert_eq!(
             (summary.accepted, summary.chunks_per_second, summary.feedback_per_second),
             (2, 3.0, 2.0)
         );
+        assert!(summary.line().contains("3.0 chunks/s (3 missed)"), "{}", summary.line());
         assert!(summary.line().contains("; braked 2 times, stood 3.1 s"), "{}", summary.line());
     }
 

@@ -1,6 +1,7 @@
 //! Traces of processes: their children, memory and descriptors, and their files in shared memory.
 
 use std::fs;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// The folder of shared memory.
@@ -53,7 +54,8 @@ pub(crate) fn resources(process: u32) -> (u64, u64) {
     (resident.unwrap_or(0), descriptors as u64)
 }
 
-/// The files and folders of an instance that are left in shared memory.
+/// The files and folders of an instance that are left in shared memory; those that another user
+/// put there are not ours to remove.
 pub(crate) fn left_over(instance: &str) -> Vec<PathBuf> {
     let segment = format!("-{instance}.");
     let mut found = entries(Path::new(SHARED_MEMORY));
@@ -63,11 +65,16 @@ pub(crate) fn left_over(instance: &str) -> Vec<PathBuf> {
         .cloned()
         .collect();
     found.extend(bases.iter().flat_map(|base| entries(base)));
-    found.retain(|path| {
-        name_of(path) == instance
-            || name_of(path).contains(&segment) && !name_of(path).ends_with(".foreign")
-    });
+    found.retain(|path| name_of(path) == instance || name_of(path).contains(&segment));
+    found.retain(is_ours);
     found
+}
+
+/// Whether this user owns a file that still exists.
+fn is_ours(path: &PathBuf) -> bool {
+    // SAFETY: geteuid touches no memory.
+    let user = unsafe { libc::geteuid() };
+    fs::symlink_metadata(path).is_ok_and(|metadata| metadata.uid() == user)
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {
