@@ -17,7 +17,7 @@ use crate::check::segment::{Case, Violation};
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Region};
 use crate::statics::inverse_dynamics::InverseDynamics;
-use crate::statics::sole_support::SoleSupport;
+use crate::statics::sole_support::{ContactPoint, SoleSupport};
 
 /// The window of time over which a speed counts, s. The planner spreads changes of speed over as
 /// long. The check accepts the planner's quasi-static plans, and refuses a walk of hubo in 0.35 of
@@ -106,13 +106,26 @@ fn force_angle_max(equilibrium: &Equilibrium, supports: &[SoleSupport]) -> f64 {
     libm::atan(equilibrium.mu()) + tilt
 }
 
-/// The mean height of the soles' supports, m: each counts the same, however many points it has.
+/// The mean height of the centroids of the soles' supports, m: where their vertices lie, and how
+/// many there are, does not matter.
 fn ground_height(supports: &[SoleSupport]) -> f64 {
-    let heights = supports.iter().map(|support| {
-        let count = support.points.len().max(1) as f64;
-        support.points.iter().map(|point| point.position.z).sum::<f64>() / count
-    });
+    let heights = supports.iter().map(|support| centroid_height(&support.points));
     heights.sum::<f64>() / supports.len().max(1) as f64
+}
+
+/// The height of the centroid of a convex polygon, m; of a line the mean of its points'.
+fn centroid_height(points: &[ContactPoint]) -> f64 {
+    let at = |index: usize| points[index].position;
+    let parts = (2..points.len()).map(|index| {
+        let corners = [at(0), at(index - 1), at(index)];
+        let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+        (area, area * corners.iter().map(|corner| corner.z).sum::<f64>() / 3.0)
+    });
+    let (area, moment) = parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1));
+    if area > 0.0 {
+        return moment / area;
+    }
+    points.iter().map(|point| point.position.z).sum::<f64>() / points.len().max(1) as f64
 }
 
 /// The zero-moment point at every instant at which its windowed value may be extreme: at the
@@ -181,6 +194,16 @@ mod tests {
 
     const SQUARE: [[f64; 3]; 4] =
         [[-1.0, -1.0, 0.5], [1.0, -1.0, 0.5], [1.0, 1.0, 0.5], [-1.0, 1.0, 0.5]];
+
+    #[test]
+    fn the_corners_of_a_sole_do_not_move_the_height_of_the_ground() {
+        let sloped = [[0.0, 0.0, 0.0], [0.4, 0.0, 0.2], [0.4, 0.1, 0.2], [0.0, 0.1, 0.0]];
+        let rounded = [[0.0, 0.05, 0.0], [0.0, 0.09, 0.0]];
+        let more: Vec<[f64; 3]> = sloped.into_iter().chain(rounded.into_iter().rev()).collect();
+        for corners in [sloped.as_slice(), &more] {
+            assert!((ground_height(&[sole(corners, 0.0)]) - 0.1).abs() < 1e-12);
+        }
+    }
 
     #[test]
     fn every_sole_counts_the_same_in_the_height_of_the_ground() {

@@ -105,23 +105,42 @@ pub fn sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1))
 }
 
-/// At most `count` of the polygon's vertices, those furthest in evenly spaced directions: a polygon
-/// inside this one.
-pub fn extreme_vertices(polygon: &[DVec2], count: usize) -> Vec<usize> {
+/// At most `count` (four or more) of a convex polygon's vertices, in order: a polygon inside this
+/// one. To those furthest along the axes come those furthest beyond its sides, one after the other.
+pub fn outermost_vertices(polygon: &[DVec2], count: usize) -> Vec<usize> {
     if polygon.len() <= count {
         return (0..polygon.len()).collect();
     }
-    let mut kept: Vec<usize> = (0..count)
-        .map(|k| {
-            let direction = direction(k, count);
-            (0..polygon.len()).fold(0, |best, i| {
-                if polygon[i].dot(direction) > polygon[best].dot(direction) { i } else { best }
-            })
+    let furthest = |along: DVec2| {
+        (0..polygon.len()).fold(0, |best, i| {
+            if polygon[i].dot(along) > polygon[best].dot(along) { i } else { best }
         })
-        .collect();
+    };
+    let mut kept: Vec<usize> = (0..4).map(|k| furthest(direction(k, 4))).collect();
     kept.sort_unstable();
     kept.dedup();
+    while kept.len() < count {
+        let Some(beyond) = furthest_beyond(polygon, &kept) else { break };
+        kept.insert(kept.partition_point(|&index| index < beyond), beyond);
+    }
     kept
+}
+
+/// The vertex of a convex polygon that is furthest beyond the sides between some of its vertices.
+fn furthest_beyond(polygon: &[DVec2], kept: &[usize]) -> Option<usize> {
+    let mut best = (0.0, None);
+    for (place, &first) in kept.iter().enumerate() {
+        let last = kept.get(place + 1).copied().unwrap_or(kept[0] + polygon.len());
+        let (a, b) = (polygon[first], polygon[last % polygon.len()]);
+        let along = (b - a).normalize_or_zero();
+        for index in (first + 1..last).map(|index| index % polygon.len()) {
+            let beyond = -along.perp_dot(polygon[index] - a);
+            if beyond > best.0 {
+                best = (beyond, Some(index));
+            }
+        }
+    }
+    best.1
 }
 
 /// The `k`-th of `count` evenly spaced unit vectors.
@@ -226,11 +245,23 @@ mod tests {
     }
 
     #[test]
-    fn the_extreme_vertices_are_furthest_in_even_directions() {
-        let circle: Vec<DVec2> = (0..360).map(|k| 2.0 * direction(k, 360)).collect();
-        let kept = extreme_vertices(&circle, 8);
-        assert_eq!(kept, [0, 45, 90, 135, 180, 225, 270, 315]);
-        assert_eq!(extreme_vertices(&circle[..8], 8).len(), 8);
-        assert_eq!(extreme_vertices(&circle[..5], 8), [0, 1, 2, 3, 4]);
+    fn the_outermost_vertices_leave_little_of_a_polygon_outside() {
+        let circle: Vec<DVec2> = (0..64).map(|k| direction(k, 64)).collect();
+        let beyond = |polygon: &[DVec2], count: usize| {
+            let kept = outermost_vertices(polygon, count);
+            assert!(kept.len() <= count && kept.is_sorted());
+            let inner: Vec<DVec2> = kept.iter().map(|&index| polygon[index]).collect();
+            polygon.iter().map(|at| -margin(&inner, *at)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        assert!(
+            (beyond(&circle, 8) - (1.0 - libm::cos(0.125 * std::f64::consts::PI))).abs() < 1e-9
+        );
+        assert_eq!(outermost_vertices(&circle[..5], 8), [0, 1, 2, 3, 4]);
+        // A sole with a round heel, cut off along a line from the middle of its side on: the corner
+        // there is furthest in none of sixteen even directions.
+        let corners = [(0.05, -0.04), (0.14, -0.013), (0.12, 0.04)].map(DVec2::from);
+        let heel = (20..=60).map(|k| DVec2::new(-0.06, 0.0) + 0.0401 * direction(k, 80));
+        let sole = hull(&heel.chain(corners).collect::<Vec<_>>());
+        assert!(beyond(&sole, 16) < 1e-3, "{}", beyond(&sole, 16));
     }
 }

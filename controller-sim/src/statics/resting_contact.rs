@@ -36,7 +36,7 @@ pub(crate) fn resting_region(samples: &[AirSample], height: f64) -> Vec<DVec2> {
     let carrying: Vec<DVec2> =
         touching.iter().filter(|sample| sample.is_carrying).map(|sample| sample.at).collect();
     let hull = polygon::hull(&carrying);
-    let kept = polygon::extreme_vertices(&hull, CONTACT_POINTS_MAX);
+    let kept = polygon::outermost_vertices(&hull, CONTACT_POINTS_MAX);
     let region: Vec<DVec2> = kept.into_iter().map(|index| hull[index]).collect();
     let is_level = |sample: &AirSample| sample.is_carrying && sample.air <= least + EVEN_AIR_MAX;
     if touching.iter().all(is_level) {

@@ -265,7 +265,7 @@ fn support_of(
         let ground = at.extend(nearest.point.height - nearest.air);
         Some(ContactPoint { position: *world_from_sole * ground, normal: nearest.normal })
     };
-    let kept = polygon::extreme_vertices(&region, CONTACT_POINTS_MAX);
+    let kept = polygon::outermost_vertices(&region, CONTACT_POINTS_MAX);
     let points = kept.into_iter().filter_map(|index| contact_point(region[index])).collect();
     SoleSupport { limb, area, deepest, points }
 }

@@ -39,6 +39,8 @@ pub(crate) struct Contacts {
     /// Whether some contact belongs to a mesh or a curved surface: where the ground ends there only
     /// the whole support shows.
     pub has_open_edges: bool,
+    /// How much lower a foot beside its place may find the line of a curved surface, m.
+    pub line_drop: f64,
     /// Whether a part of a mesh that carries is inclined against the sole.
     pub is_uneven: bool,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
@@ -79,6 +81,7 @@ impl Scratch {
                 spare: Vec::with_capacity(config.contact_points_max + 8),
                 ground: Bounded::new(config.ground_points_max),
                 has_open_edges: false,
+                line_drop: 0.0,
                 is_uneven: false,
                 intrusion: None,
             },

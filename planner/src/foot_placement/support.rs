@@ -29,6 +29,9 @@ const EVEN_INCLINE_MAX: f64 = 1e-3;
 /// Incline against the sole up to which a face that does not carry is ground that a foot beside its
 /// place finds lower. A steeper one is a step, from whose edge the support keeps away.
 const SLOPE_MAX: f64 = 0.3;
+/// Length (m) over which a foot on a curved surface tilts where it finds one end of the line lower.
+/// With it, a checker that samples the ground finds no less (`tests/support_agreement.rs`).
+const LINE_LENGTH: f64 = 0.08;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
@@ -118,6 +121,7 @@ impl Surfaces {
         scratch.contacts.ground.clear();
         scratch.contacts.has_open_edges = false;
         scratch.contacts.is_uneven = false;
+        scratch.contacts.line_drop = 0.0;
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
         let (region, plate) =
@@ -256,8 +260,13 @@ impl Surfaces {
         scratch.contacts.add_ground(&buffer.polygon, 0.0);
         if self.config.is_secured {
             self.shorten(&mut buffer.polygon, (b - a).normalize_or_zero(), curved.radius);
+            clip_to_sides(buffer, &sole.sides, self.edge_inset());
         }
-        scratch.contacts.has_open_edges |= !buffer.polygon.is_empty();
+        if !buffer.polygon.is_empty() {
+            let drop = 0.5 * self.config.foot_shift.powi(2) / curved.radius;
+            scratch.contacts.line_drop = scratch.contacts.line_drop.max(drop);
+            scratch.contacts.has_open_edges = true;
+        }
         scratch.contacts.add_all(&scratch.clip.polygon);
     }
 
@@ -319,6 +328,7 @@ impl Surfaces {
         outline: &[DVec2],
         area_min: f64,
     ) -> Result<Support, NoSupport> {
+        let line_drop = scratch.contacts.line_drop;
         let Contacts { points, hull, spare, ground, has_open_edges, is_uneven, .. } =
             &mut scratch.contacts;
         if ground.is_full() {
@@ -330,7 +340,8 @@ impl Surfaces {
         simplify(hull, POLYGON_VERTICES_MAX);
         if self.config.is_secured && *has_open_edges {
             let outline = (!*is_uneven).then_some(outline);
-            keep_from_ground_edges(hull, spare, outline, self.edge_inset());
+            let inset = self.edge_inset() + self.config.centre_height * line_drop / LINE_LENGTH;
+            keep_from_ground_edges(hull, spare, outline, inset);
         }
         let (area, centroid) = area_and_centroid(hull);
         if area < area_min {

@@ -22,6 +22,8 @@ pub(crate) const ZERO_MOMENT_BARE_SHARE: f64 = 0.5;
 /// Distance (m) by which a motion may move the zero-moment point of any configuration: it is so
 /// slow that the controller decides by the configuration alone.
 pub(crate) const ZERO_MOMENT_SHIFT_MIN: f64 = 1e-3;
+/// The most of it as a share of the distance to the controller's margin.
+pub(crate) const ZERO_MOMENT_SHIFT_SHARE: f64 = 0.8;
 /// Nearer to the margin of the zero-moment point than this (m) on a ramp, the point is that of the
 /// motion as it is interpolated between waypoints; elsewhere it is interpolated between points of
 /// the path, which differs by up to 5 mm where the point is near the margin.

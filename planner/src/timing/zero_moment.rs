@@ -16,7 +16,7 @@ use crate::timing::path_dynamics::PathDynamics;
 use crate::timing::rate_set::RateSet;
 use crate::timing::tuning::{
     ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_PARTIAL_RESERVE,
-    ZERO_MOMENT_RESERVE, ZERO_MOMENT_SHIFT_MIN,
+    ZERO_MOMENT_RESERVE, ZERO_MOMENT_SHIFT_MIN, ZERO_MOMENT_SHIFT_SHARE,
 };
 
 /// The ground under the contacts of a span, and how far inside the zero-moment point stays.
@@ -35,6 +35,8 @@ pub(crate) struct ZeroMomentRegion<'a> {
     ground: &'a Ground,
     /// Distance to the edge of the ground's region, m.
     margin: f64,
+    /// The margin that the controller demands, m.
+    checked: f64,
 }
 
 /// The load on the ground of a span, as far as the zero-moment point needs it.
@@ -150,7 +152,7 @@ impl ContactGround {
             Level::Bare | Level::Unsupported => ZERO_MOMENT_BARE_SHARE,
         };
         let margin = self.checked + share * self.reserve + extra;
-        ZeroMomentRegion { ground: &self.ground, margin }
+        ZeroMomentRegion { ground: &self.ground, margin, checked: self.checked }
     }
 }
 
@@ -162,7 +164,7 @@ impl ZeroMomentRegion<'_> {
         for side in self.ground.region.sides() {
             let [x, u, rest] =
                 [by_speed, by_acceleration, at_rest].map(|load| self.excess(side, load));
-            let spare = (-rest).max(ZERO_MOMENT_SHIFT_MIN * at_rest.press);
+            let spare = (-rest).max(self.shift(rest, at_rest.press));
             rates.clip(DVec2::new(x, u), spare, Limit::ZeroMoment);
         }
     }
@@ -179,11 +181,17 @@ impl ZeroMomentRegion<'_> {
             return true;
         }
         let rest = at_rest();
-        let spare_min = ZERO_MOMENT_SHIFT_MIN * rest.press;
         self.ground.region.sides().iter().all(|side| {
-            let [moving, rest] = [moving, &rest].map(|load| self.excess(side, load));
-            moving - rest <= (-rest).max(spare_min)
+            let [moving, at_rest] = [moving, &rest].map(|load| self.excess(side, load));
+            moving - at_rest <= (-at_rest).max(self.shift(at_rest, rest.press))
         })
+    }
+
+    /// How far any motion may move the zero-moment point towards a side, times the load. `rest` is
+    /// its excess at rest.
+    fn shift(&self, rest: f64, press: f64) -> f64 {
+        let left = (self.margin - self.checked) * press - rest;
+        (ZERO_MOMENT_SHIFT_MIN * press).min(ZERO_MOMENT_SHIFT_SHARE * left.max(0.0))
     }
 
     /// How far the zero-moment point of a load is beyond a side, times the load. The point is
@@ -197,6 +205,28 @@ impl ZeroMomentRegion<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::convex_region::ConvexRegion;
+
+    #[test]
+    fn near_the_edge_a_motion_uses_a_part_of_what_the_controller_leaves() {
+        let corners = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)];
+        let region = ConvexRegion::hull(corners.map(DVec2::from));
+        let ground =
+            ContactGround { ground: Ground { height: 0.0, region }, checked: 5e-3, reserve: 4e-3 };
+        let region = ground.region(Level::Bare, 0.0);
+        let load =
+            |depth: f64| GroundLoad { press: 500.0, about: DVec2::Y * 500.0 * (depth - 0.1) };
+        for (rest, least) in [(5.5e-3, 5.1e-3), (6.5e-3, 5.5e-3), (0.02, 7e-3)] {
+            let holds = |depth: f64| region.holds(&load(depth), || load(rest));
+            assert!(holds(least + 1e-6) && !holds(least - 1e-6), "{rest}");
+            let mut rates = RateSet::within(1.0, 1.0);
+            let by_acceleration = load(0.0).plus(&load(5e-3), -1.0);
+            let terms = BalanceTerms { at_rest: load(rest), by_acceleration, ..Default::default() };
+            region.clip(&terms, &mut rates);
+            let [_, most] = rates.accelerations_at(0.0).unwrap();
+            assert!((most - ((rest - least) / 5e-3).min(1.0)).abs() < 1e-9, "{rest} {most}");
+        }
+    }
 
     #[test]
     fn the_load_by_squared_speed_is_cubic_between_points() {
