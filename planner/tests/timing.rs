@@ -18,15 +18,16 @@ use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::robot::inverse_dynamics::{
     GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX,
 };
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::timing::limit::{BindingTimes, Limit};
 use surefoot_planner::timing::limits::TimingLimits;
-use surefoot_planner::timing::path_point::{Path, PathSpan};
+use surefoot_planner::timing::path_point::{Path, PathPoint, PathSpan};
 use surefoot_planner::timing::path_timing::PathTiming;
 use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
-use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
 use surefoot_shared_types::message::{Contact, Interpolation, Ramp, Waypoint};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
@@ -375,6 +376,47 @@ fn a_stance_sole_that_the_curve_moves_is_moved_slowly() {
     let spans = timed(&mut timing_of(&model, &moved), &moved);
     let fastest = sole_speed(&spans);
     assert!(fastest > 0.01 && fastest < 0.0182, "{fastest}");
+}
+
+/// The largest ratio of the speed that the rates allow a sole that comes down to 0.02 m/s and 8 1/s
+/// times its distance from the foothold.
+fn hardest_landing(walk: &SmoothWalk) -> f64 {
+    let model = hubo();
+    let robot = Mechanism::new(&model, &PlannerConfig::default()).unwrap();
+    let mut timing = timing_of(&model, walk);
+    timing.begin();
+    for _ in &walk.spans {
+        timing.add_span(Path { points: &walk.points, spans: &walk.spans }).unwrap();
+    }
+    let mut nodes = timing.nodes().map(|(node, _)| node);
+    let mut hardest = 0.0_f64;
+    for span in &walk.spans {
+        let points = &walk.points[span.first..=span.last];
+        let nodes: Vec<_> = nodes.by_ref().take(points.len()).collect();
+        let [stance] = span.contacts.as_slice() else { continue };
+        let leg = &robot.legs[1 - stance.limb as usize];
+        let normal = stance.world_from_sole().rotation * DVec3::Z;
+        let sole = |at: &PathPoint| (at.world_from_root * leg.root_from_sole(&at.q)).translation;
+        let foothold = sole(&points[points.len() - 1]);
+        for at in 1..points.len() - 1 {
+            let [before, after] = [at - 1, at + 1].map(|at| &points[at]);
+            let speed =
+                normal.dot(sole(before) - sole(after)) / (after.parameter - before.parameter);
+            let limit = 0.02 + 8.0 * sole(&points[at]).distance(foothold);
+            let fastest = nodes[at].rates.fastest().map_or(0.0, |rates| rates.x.sqrt());
+            hardest = hardest.max(fastest * speed / limit);
+        }
+    }
+    hardest
+}
+
+#[test]
+fn on_inclined_ground_feet_come_down_slowly() {
+    let walk = || smooth_walk(&hubo(), 2, 0.12);
+    let level = hardest_landing(&walk());
+    assert!(level > 1.2, "{level}");
+    let inclined = hardest_landing(&walk().turned(DQuat::from_rotation_y(0.06)));
+    assert!(inclined < 1.05, "{inclined}");
 }
 
 #[test]

@@ -93,6 +93,7 @@ fn joints_move_as_fast_as_toppra_moves_them() {
             position: *position,
             rests: at == 0 || at + 1 == grid.len(),
             rates: joint_rates(&waves, *position, speed, acceleration),
+            part: 1.0,
             factor: 1.0,
             level: Level::Full,
             balance: Default::default(),

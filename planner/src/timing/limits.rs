@@ -6,7 +6,7 @@ use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 
 use crate::timing::tuning::{
-    CHECKED_EFFORT_PART, COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGINS,
+    CHECKED_EFFORT_PART, COP_MARGIN_INCLINED, COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGINS,
 };
 
 /// Limits of a robot's joints in a timed plan. Unused joints have infinite limits.
@@ -86,6 +86,8 @@ const POSITION_ROUNDING: f64 = 5e-7;
 /// cannot stand within the first level is timed within the first one in which it can.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
+    /// On inclined soles: the centre of pressure 1.2 cm further inside than at the next level.
+    Inclined,
     /// The centre of pressure 1.2 cm and 12 % of the sole's width inside.
     Full,
     /// The centre of pressure 1 cm inside.
@@ -98,11 +100,18 @@ pub enum Level {
 
 impl Level {
     /// The levels at which contact forces are known, the strictest first.
-    pub const ALL: [Self; 3] = [Self::Full, Self::NarrowSole, Self::Bare];
+    pub const ALL: [Self; 4] = [Self::Inclined, Self::Full, Self::NarrowSole, Self::Bare];
+
+    /// The levels at which contact forces are known, the strictest first, for soles of which one is
+    /// inclined or all are level.
+    pub fn levels(is_inclined: bool) -> &'static [Self] {
+        if is_inclined { &Self::ALL } else { &Self::ALL[1..] }
+    }
 
     /// The next level, which leaves more.
     pub fn next(self) -> Option<Self> {
         match self {
+            Self::Inclined => Some(Self::Full),
             Self::Full => Some(Self::NarrowSole),
             Self::NarrowSole => Some(Self::Bare),
             Self::Bare => Some(Self::Unsupported),
@@ -113,6 +122,7 @@ impl Level {
     /// Least distance (m) of the centre of pressure from the edge of a sole of this width (m).
     pub fn cop_margin(self, width: f64) -> f64 {
         match self {
+            Self::Inclined => Self::Full.cop_margin(width) + COP_MARGIN_INCLINED,
             Self::Full => COP_MARGIN_MIN.max(COP_WIDTH_SHARE * width),
             Self::NarrowSole => RELAXED_COP_MARGINS[0],
             Self::Bare | Self::Unsupported => RELAXED_COP_MARGINS[1],
@@ -122,7 +132,7 @@ impl Level {
     /// Largest efforts.
     pub fn efforts(self, limits: &TimingLimits) -> &[f64; JOINTS_MAX] {
         match self {
-            Self::Full | Self::NarrowSole => &limits.efforts,
+            Self::Inclined | Self::Full | Self::NarrowSole => &limits.efforts,
             Self::Bare | Self::Unsupported => &limits.full_efforts,
         }
     }

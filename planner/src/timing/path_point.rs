@@ -6,10 +6,13 @@
 //! vector from the point before: `R(s) = R_i exp(phi(s))`. The same rule holds in time between two
 //! waypoints.
 
+use glam::DVec3;
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Contact, SupportMode};
+
+use crate::timing::tuning::INCLINED_COSINE;
 
 /// Number of coordinates of a derivative: root position, root rotation, joints.
 pub const VELOCITY_MAX: usize = crate::robot::inverse_dynamics::VELOCITY_MAX;
@@ -62,6 +65,14 @@ pub struct PathSpan {
     pub support: SupportMode,
     /// The stance feet with their poses and supported polygons, the left one first.
     pub contacts: BoundedVec<Contact, 2>,
+}
+
+impl PathSpan {
+    /// Whether a stance sole is inclined.
+    pub fn is_inclined(&self) -> bool {
+        let rise = |contact: &Contact| (contact.world_from_sole().rotation * DVec3::Z).z;
+        self.contacts.iter().any(|contact| rise(contact) < INCLINED_COSINE)
+    }
 }
 
 /// A path: its points, and its spans in order.

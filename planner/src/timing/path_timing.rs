@@ -23,7 +23,7 @@ use crate::timing::timed_motion::TimedMotion;
 use crate::timing::timed_path::{SpanTimes, TimedPath, state_at};
 use crate::timing::timed_robot::{PointLimits, TimedRobot, TimingMemory};
 use crate::timing::tuning::{
-    COP_MARGIN_EXTRA, ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX,
+    COP_MARGIN_EXTRA, INCLINED_RATES_PART, ROUNDING_TIME, ROUNDS_MAX, SLOW_DOWN, SLOW_DOWNS_MAX,
 };
 
 /// What happened while a path was timed.
@@ -157,6 +157,8 @@ impl PathTiming {
         self.timed.starts.push((self.timed.nodes.len(), offset));
         self.changes.push_span();
         let contacts = self.robot.span_contacts(span, COP_MARGIN_EXTRA);
+        let landing = self.robot.landing(span, &points[points.len() - 1]);
+        let part = if span.is_inclined() { INCLINED_RATES_PART } else { 1.0 };
         let parameter_of = |at: usize| match (has_one_cell, at) {
             (true, 1) => 0.5 * (points[0].parameter + points[1].parameter),
             (true, 2) => points[1].parameter,
@@ -170,16 +172,17 @@ impl PathTiming {
                 let state = state_at(points, parameter + part / 3.0 * (next - parameter));
                 self.robot.load_by_speed(&contacts.ground, &state)
             });
-            let lands = at + 1 == count && span.contacts.len() == 1;
+            let landing = (landing.as_ref(), at + 1 == count);
             let PointLimits { rates, level, balance } =
-                self.robot.rates(&mut self.memory, &contacts, &state, lands);
-            self.stats.relaxed += u64::from(level != Level::Full);
+                self.robot.rates(&mut self.memory, &contacts, &state, landing);
+            self.stats.relaxed += u64::from(level > Level::Full);
             self.stats.unsupported += u64::from(level == Level::Unsupported);
             self.timed.nodes.push(Node {
                 position: parameter + offset,
                 rests: at == 0 && (span.starts_at_rest || index == 0),
                 rates,
-                factor: 1.0,
+                part,
+                factor: part,
                 level,
                 balance,
                 inner,
@@ -268,7 +271,7 @@ impl PathTiming {
         let span = self.profile.solved_spans.saturating_sub(2);
         let node = self.timed.starts.get(span).map_or(0, |(node, _)| *node);
         let open = &mut self.timed.nodes[node.max(self.profile.fixed)..];
-        open.iter_mut().for_each(|node| node.factor = 1.0);
+        open.iter_mut().for_each(|node| node.factor = node.part);
         self.profile.solved_spans = self.timed.spans();
     }
 
@@ -300,7 +303,7 @@ impl PathTiming {
         self.profile.speeds[..end].copy_from_slice(&self.profile.accepted);
         self.timed.nodes[end].rests = true;
         self.changes.rest_at(end);
-        self.timed.nodes[end..].iter_mut().for_each(|node| node.factor = 1.0);
+        self.timed.nodes[end..].iter_mut().for_each(|node| node.factor = node.part);
         self.profile.speeds[end] = 0.0;
         let first = self.profile.fixed.saturating_sub(1);
         self.rebuild_law(first);
@@ -351,7 +354,7 @@ impl PathTiming {
             if (from..until).contains(&(0.5 * (begin + end))) {
                 let [node, next] = [index, index + 1].map(|at| &timed.nodes[at]);
                 let speeds = [index, index + 1].map(|at| profile.speeds[at]);
-                let is_slowed = node.factor.min(next.factor) < 1.0;
+                let is_slowed = node.factor < node.part || next.factor < next.part;
                 times.add(binding([node, next], speeds), end - begin, is_slowed);
             }
         }

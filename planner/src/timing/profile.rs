@@ -21,7 +21,9 @@ pub struct Node {
     pub rests: bool,
     /// The rates within the limits.
     pub rates: RateSet,
-    /// The factor by which the rates are shrunk, 0 to 1.
+    /// The part of the rates that may be used, 0 to 1.
+    pub part: f64,
+    /// The factor by which the rates are shrunk, 0 to that part.
     pub factor: f64,
     /// What the rates leave of the limits.
     pub level: Level,
@@ -138,6 +140,7 @@ mod tests {
                 position,
                 rests: index == 0,
                 rates: set(position),
+                part: 1.0,
                 factor: 1.0,
                 level: Level::Full,
                 balance: BalanceTerms::default(),

@@ -184,6 +184,7 @@ mod tests {
             position,
             rests,
             rates: RateSet::default(),
+            part: 1.0,
             factor: 1.0,
             level: Level::Full,
             balance: BalanceTerms::default(),

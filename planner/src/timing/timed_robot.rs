@@ -15,13 +15,13 @@ use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::load_sharing::{LoadSchedule, share_load};
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
-use crate::timing::path_point::PathSpan;
+use crate::timing::path_point::{PathPoint, PathSpan};
 use crate::timing::rate_set::RateSet;
 use crate::timing::sole_twist;
 use crate::timing::support::{FootWrench, SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
-    LIMITS_PART, REST_ACCELERATION, SLICK_FRICTION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX,
-    UNSUPPORTED_RATE,
+    INCLINED_COSINE, LANDING_SPEED_BY_DISTANCE, LANDING_SPEED_INCLINED, LIMITS_PART,
+    REST_ACCELERATION, SLICK_FRICTION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
 use crate::timing::zero_moment::{BalanceTerms, ContactGround, GroundLoad};
 
@@ -44,6 +44,16 @@ pub struct TimedRobot {
 pub(crate) struct TimingMemory {
     contact_rates: ContactRates,
     dynamics: PathDynamics,
+}
+
+/// A sole that lands at the end of a span.
+#[derive(Debug)]
+pub(crate) struct Landing {
+    limb: usize,
+    /// Where its origin lands (world), m.
+    point: DVec3,
+    /// Whether it or the stance sole is inclined.
+    is_inclined: bool,
 }
 
 /// What the limits allow at a point of a path.
@@ -113,14 +123,14 @@ impl TimedRobot {
         }
     }
 
-    /// The rates at a point of a span, and what they leave of the limits. `touches_down`:
-    /// whether the swing foot lands here.
+    /// The rates at a point of a span, and what they leave of the limits. `touches_down`: whether
+    /// the swing foot lands here. `landing`: the sole that lands at the end of the span.
     pub(crate) fn rates(
         &self,
         memory: &mut TimingMemory,
         contacts: &SpanContacts<'_>,
         point: &Waypoint,
-        touches_down: bool,
+        (landing, touches_down): (Option<&Landing>, bool),
     ) -> PointLimits {
         let SpanContacts { span, ground, supports, extra } = contacts;
         let [first, second] = rates_of(point);
@@ -129,7 +139,7 @@ impl TimedRobot {
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
         let balance = ground.terms(&dynamics);
         let slip = self.stance_slip(span, &dynamics.frames, &first);
-        for level in Level::ALL {
+        for &level in Level::levels(span.is_inclined()) {
             let support = supports.at(level);
             let mut rates = joint_rates(
                 &dynamics,
@@ -140,8 +150,9 @@ impl TimedRobot {
             );
             let rate_max = LIMITS_PART / slip.max(SLIP_MIN);
             rates.clip(DVec2::X, rate_max.powi(2), Limit::StanceSole);
-            if touches_down {
-                self.clip_by_touch_down(&mut rates, span, (&dynamics.frames, &first));
+            if let Some(landing) = landing {
+                let at = (&dynamics.frames, &first);
+                self.clip_by_landing(&mut rates, (landing, touches_down), at);
             }
             ground.region(level, *extra).clip(&balance, &mut rates);
             sole_twist::clip(&dynamics, support, &mut rates);
@@ -195,20 +206,36 @@ impl TimedRobot {
         }
     }
 
-    /// Bounds the speed of a landing sole along its normal.
-    fn clip_by_touch_down(
+    /// The sole that lands at the end of a span; `None` where both feet stand.
+    pub(super) fn landing(&self, span: &PathSpan, last: &PathPoint) -> Option<Landing> {
+        let [stance] = span.contacts.as_slice() else { return None };
+        let limb = 1 - stance.limb as usize;
+        let mut frames = LinkFrames::default();
+        self.dynamics.place(&last.world_from_root, &last.q, &mut frames);
+        let (point, normal) = self.sole_at(&frames, limb);
+        let is_inclined = span.is_inclined() || normal.z < INCLINED_COSINE;
+        Some(Landing { limb, point, is_inclined })
+    }
+
+    /// Bounds the speed of a landing sole along its normal where it lands; from or to an inclined
+    /// sole also before that.
+    fn clip_by_landing(
         &self,
         rates: &mut RateSet,
-        span: &PathSpan,
+        (landing, touches_down): (&Landing, bool),
         (frames, first): (&LinkFrames, &[f64; VELOCITY_MAX]),
     ) {
-        for limb in 0..2 {
-            if span.contacts.iter().all(|contact| contact.limb as usize != limb) {
-                let (point, normal) = self.sole_at(frames, limb);
-                let speed = normal.dot(frames.point_velocity(&self.chains[limb], point, first));
-                let rate_max = TOUCHDOWN_SPEED_MAX / speed.abs().max(1e-6);
-                rates.clip(DVec2::X, rate_max.powi(2), Limit::Touchdown);
-            }
+        let (point, normal) = self.sole_at(frames, landing.limb);
+        let distance = point.distance(landing.point);
+        let speed_max = match (touches_down, landing.is_inclined) {
+            (_, true) => LANDING_SPEED_INCLINED + LANDING_SPEED_BY_DISTANCE * distance,
+            (true, false) => TOUCHDOWN_SPEED_MAX,
+            (false, false) => return,
+        };
+        let speed = normal.dot(frames.point_velocity(&self.chains[landing.limb], point, first));
+        if speed < 0.0 || touches_down {
+            let rate_max = speed_max / speed.abs().max(1e-6);
+            rates.clip(DVec2::X, rate_max.powi(2), Limit::Touchdown);
         }
     }
 

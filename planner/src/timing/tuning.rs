@@ -6,7 +6,18 @@
 pub(crate) const COP_MARGIN_MIN: f64 = 0.012;
 /// The same as a share of the sole's width.
 pub(crate) const COP_WIDTH_SHARE: f64 = 0.12;
-/// The same where a configuration cannot stand otherwise, m: first the larger, then the smaller.
+/// How much further inside the centre of pressure stays on an inclined sole, m. A robot whose feet
+/// drift by 5 mm meets ground of another inclination 2 to 4 mm early or late, and leans by 10 to
+/// 20 mrad until both feet stand; that moves its weight by 1 to 2 cm.
+pub(crate) const COP_MARGIN_INCLINED: f64 = 0.012;
+/// The part of the rates that is used on an inclined sole: the load moves from one foot to the
+/// other in 0.15 s in place of 0.1 s. With all of them G1 falls on blocks, with this part and with
+/// half of them it stands.
+pub(crate) const INCLINED_RATES_PART: f64 = 0.7;
+/// Cosine of the inclination from which a sole counts as inclined: 2.6 degrees.
+pub(crate) const INCLINED_COSINE: f64 = 0.999;
+/// Least distance of the centre of pressure where a configuration cannot stand otherwise, m: first
+/// the larger, then the smaller.
 pub(crate) const RELAXED_COP_MARGINS: [f64; 2] = [0.01, 0.004];
 /// The part of the efforts that the controller allows on which a motion relies.
 pub(crate) const CHECKED_EFFORT_PART: f64 = 0.998;
@@ -63,6 +74,12 @@ pub(crate) const TORQUE_TOLERANCE: f64 = 1e-6;
 pub(crate) const STANCE_SPEEDS_MAX: [f64; 2] = [0.018, 0.09];
 /// Largest speed of a landing sole along its normal, m/s.
 pub(crate) const TOUCHDOWN_SPEED_MAX: f64 = 0.05;
+/// The same where the foot or the stance foot is inclined, and how much it grows with the distance
+/// from the foothold (1/s). A foot that lands 2 mm early turns the robot about the other one: on
+/// legs four times as long as their distance the weight moves sideways four times as fast as the
+/// foot moved down. A zero-moment point that is 3 cm inside catches 0.1 m/s.
+pub(crate) const LANDING_SPEED_INCLINED: f64 = 0.02;
+pub(crate) const LANDING_SPEED_BY_DISTANCE: f64 = 8.0;
 /// Time over which speeds are averaged, so that acceleration is continuous, s.
 pub(crate) const ROUNDING_TIME: f64 = 0.1;
 /// Longest time between two waypoints, s.

@@ -30,6 +30,31 @@ pub struct SmoothWalk {
     pub spans: Vec<PathSpan>,
 }
 
+impl SmoothWalk {
+    /// The same walk on ground that is turned about the world's origin.
+    #[allow(dead_code, reason = "each test binary uses its own part")]
+    pub fn turned(mut self, turn: DQuat) -> Self {
+        let turned = |pose: &Pose| Pose {
+            translation: turn * pose.translation,
+            rotation: turn * pose.rotation,
+        };
+        for point in &mut self.points {
+            point.world_from_root = turned(&point.world_from_root);
+            for list in [&mut point.first, &mut point.second] {
+                for part in list[..6].chunks_exact_mut(3) {
+                    part.copy_from_slice(&(turn * DVec3::from_slice(part)).to_array());
+                }
+            }
+        }
+        for contact in self.spans.iter_mut().flat_map(|span| &mut span.contacts) {
+            let pose = turned(&contact.world_from_sole());
+            contact.position = pose.translation.to_array();
+            contact.rotation = pose.rotation.to_array();
+        }
+        self
+    }
+}
+
 struct Gait {
     robot: Mechanism,
     soles: [Pose; 2],
