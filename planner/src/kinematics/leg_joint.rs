@@ -51,9 +51,9 @@ impl LegJoint {
     }
 
     /// Keeps a knee from bending backward: where the leg is longest within the range of its knee,
-    /// short of the nearer end by little, that end moves to the other side of it. Past it the leg bends the
-    /// other way, and no smooth motion of the root leads there. `ends` are the centres of hip and
-    /// ankle with the leg at 0.
+    /// short of the nearer end by little, that end moves to the other side of it. Past it the leg
+    /// bends the other way, and no smooth motion of the root leads there. `ends` are the centres of
+    /// hip and ankle with the leg at 0.
     pub(crate) fn keep_bent(&mut self, ends: [DVec3; 2]) {
         let straight = self.straight_position(ends);
         let [below, above] = [straight - self.lower, self.upper - straight];
