@@ -51,14 +51,19 @@ impl LegJoint {
     }
 
     /// Keeps a knee from bending backward: where the leg is longest within the range of its knee,
-    /// short of an end by little, that end moves to the other side of it. Past it the leg bends the
-    /// other way, and no smooth motion of the root leads there. `ends` are the centres of hip and
-    /// ankle with the leg at 0.
+    /// short of the nearer end by little, that end moves to the other side of it. Past it the leg
+    /// bends the other way, and no smooth motion of the root leads there. `ends` are the centres of
+    /// hip and ankle with the leg at 0.
     pub(crate) fn keep_bent(&mut self, ends: [DVec3; 2]) {
         let straight = self.straight_position(ends);
-        if straight > self.lower && straight - self.lower <= OVEREXTENSION_MAX {
+        let [below, above] = [straight - self.lower, self.upper - straight];
+        let shorter = below.min(above);
+        if shorter <= 0.0 || shorter > OVEREXTENSION_MAX {
+            return;
+        }
+        if below <= above {
             self.lower = straight + STRAIGHT_MARGIN;
-        } else if straight < self.upper && self.upper - straight <= OVEREXTENSION_MAX {
+        } else {
             self.upper = straight - STRAIGHT_MARGIN;
         }
     }
@@ -118,6 +123,13 @@ mod tests {
     fn kept_bent(mut knee: LegJoint) -> [f64; 2] {
         knee.keep_bent(ENDS);
         [knee.lower, knee.upper]
+    }
+
+    #[test]
+    fn a_knee_with_a_short_range_loses_the_shorter_side() {
+        assert_eq!(kept_bent(knee(DVec3::Y, -0.2, 0.01)), [-0.2, -STRAIGHT_MARGIN]);
+        assert_eq!(kept_bent(knee(DVec3::Y, -0.01, 0.2)), [STRAIGHT_MARGIN, 0.2]);
+        assert_eq!(kept_bent(knee(DVec3::Y, 0.1, 0.25)), [0.1, 0.25], "never straight");
     }
 
     #[test]
