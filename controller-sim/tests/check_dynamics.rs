@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod check_robot;
+mod checked_motion;
 
 use bytemuck::Zeroable;
 use check_robot::*;
+use checked_motion::refused;
 use surefoot_controller_sim::{
     Checker, ChunkExecutor, ChunkWalk, Course, Identity, LateChunks, LateWalk, MotionSegment, Pace,
     PlanClock, Stop, Violation, walk_late,

@@ -4,11 +4,13 @@
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod check_robot;
+mod checked_motion;
 
 use check_robot::*;
+use checked_motion::{check_motion, refused};
 use surefoot_controller_sim::{Checker, CheckerError, Course, MotionSegment};
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, SupportMode, Waypoint};
 
 #[test]
 fn a_joint_past_its_limit_is_named() {

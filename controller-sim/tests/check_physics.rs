@@ -4,8 +4,10 @@
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod check_robot;
+mod checked_motion;
 
 use check_robot::*;
+use checked_motion::{check_motion, refused};
 use glam::DVec3;
 use surefoot_controller_sim::kinematics::forward::{Configuration, Posture};
 use surefoot_shared_types::base::spatial::rotation_about;
