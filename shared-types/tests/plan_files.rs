@@ -11,10 +11,11 @@ use common::{Folder, ROBOT, URDF, check_no_panic};
 use serde_json::{Value, json};
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::message::{Contact, Interpolation, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::plan_file::origin::changed_files;
 use surefoot_shared_types::plan_file::ramps::fitting_chunks;
 use surefoot_shared_types::plan_file::read::{joint_order, load_plan};
-use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
-use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile, RobotBlock};
+use surefoot_shared_types::plan_file::write::{on_ground, plan_from_chunks, save};
+use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile, PoseBlock, RobotBlock};
 use surefoot_shared_types::robot::load::{load_robot, robot_from_block};
 use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::{load_world, world_from_block};
@@ -220,6 +221,49 @@ fn a_plan_holds_its_robot_and_world() {
     let world = world_from_block(&plan.scene, &plans, &path).unwrap();
     assert_eq!(world.shapes, load_world(&folder.path("world.toml")).unwrap().shapes);
     assert_eq!(joint_order(&plan, &robot, &path).unwrap(), [0, 1]);
+}
+
+#[test]
+fn files_that_changed_since_the_plan_are_named() {
+    let folder = Folder::new();
+    let plan = plan(&folder);
+    let files = &plan.origin.as_ref().unwrap().files;
+    let names: Vec<&str> = files.keys().map(String::as_str).collect();
+    assert_eq!(names, ["../meshes/foot.obj", "../stilts.urdf"]);
+    let path = folder.path("plans/plan.json");
+    assert_eq!(changed_files(&plan, &path), [""; 0]);
+    folder.write("stilts.urdf", format!("{URDF}<!-- later -->").as_bytes());
+    let changed = changed_files(&plan, &path);
+    assert_eq!(changed, ["../stilts.urdf: its content is not what the plan was made from"]);
+}
+
+#[test]
+fn a_level_end_is_moved_onto_the_ground_that_a_contact_shows() {
+    let pose = |xyz: [f64; 3], tilt: f64| PoseBlock {
+        xyz,
+        quat_xyzw: [0.0, (0.5 * tilt).sin(), 0.0, (0.5 * tilt).cos()],
+    };
+    let level = pose([1.2, 0.3, 0.5], 0.0);
+    let moved = on_ground(&level, &pose([1.0, 0.0, 0.58], 0.2));
+    let height = 0.58 - 0.2 * 0.2_f64.tan();
+    assert!((moved.xyz[2] - height).abs() < 1e-12, "{moved:?}");
+    assert!((moved.quat_xyzw[1] - 0.1_f64.sin()).abs() < 1e-12, "{moved:?}");
+    assert_eq!(moved.xyz[..2], level.xyz[..2]);
+    for other in [0.5, 0.61, 0.39] {
+        assert_eq!(on_ground(&level, &pose([1.2, 0.3, other], 0.0)), level, "{other}");
+    }
+    assert_eq!(on_ground(&level, &pose([1.2, 0.3, 0.59], 0.0)).xyz[2], 0.59);
+}
+
+#[test]
+fn a_configuration_at_an_end_is_met_to_a_thousandth_unless_stated() {
+    let block = json!({
+        "type": "config", "root_xyz": [0, 0, 1], "root_quat_xyzw": [0, 0, 0, 1], "q": [0.1]
+    });
+    let EndBlock::Config { tol, .. } = serde_json::from_value(block).unwrap() else {
+        panic!("not a configuration")
+    };
+    assert_eq!(tol, 1e-3);
 }
 
 #[test]

@@ -151,6 +151,31 @@ fn a_joint_that_mimics_a_locked_one_is_held_with_it() {
     assert!(error.contains("mimics 'right_hip' to 9.25, outside its limits -1..1.5"), "{error}");
 }
 
+#[test]
+fn a_joint_is_held_by_the_one_that_its_own_mimics() {
+    let folder = Folder::new();
+    let middle = "<link name=\"imu\"/><link name=\"cam\"><inertial><mass value=\"0.1\"/><inertia \
+                  ixx=\"1e-4\" ixy=\"0\" ixz=\"0\" iyy=\"1e-4\" iyz=\"0\" izz=\"1e-4\"/></inertial></link>\
+                  <joint name=\"pan\" type=\"revolute\"><parent link=\"imu\"/><child link=\"cam\"/>\
+                  <axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>\
+                  <mimic joint=\"right_hip\" multiplier=\"0.5\" offset=\"0.2\"/></joint>";
+    let urdf = URDF.replacen("<link name=\"imu\"/>", middle, 1).replacen(
+        "<axis xyz=\"0 2 0\"/>",
+        "<axis xyz=\"0 1 0\"/><mimic joint=\"pan\" multiplier=\"3\" offset=\"0.1\"/>",
+        1,
+    );
+    folder.write("stilts.urdf", urdf.as_bytes());
+    let file = ROBOT.replace("[standing]\nleft_hip = 0.3", "[locked]\nright_hip = 0.4");
+    folder.write("robot.toml", file.as_bytes());
+    let robot = load(&folder.path("")).unwrap();
+    let locked = robot.locked_joints.iter();
+    let positions: Vec<_> =
+        locked.map(|locked| (locked.joint.name.as_str(), locked.position)).collect();
+    let held = |name: &str| positions.iter().find(|(other, _)| *other == name).unwrap().1;
+    assert!((held("pan") - 0.4).abs() < 1e-12, "{positions:?}");
+    assert!((held("left_hip") - 1.3).abs() < 1e-12, "{positions:?}");
+}
+
 /// A hand between two walls, of which only the hull meets it, two joints from them.
 const HAND: &str = r#"<link name="imu"/>
   <link name="arm"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use common::{FOOT_OBJ, Folder, SCENARIO, WORLD, check_no_panic, check_spoilings};
 use glam::DVec3;
-use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scenario::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
@@ -87,6 +87,23 @@ fn a_valid_scenario_loads_as_written() {
         (scenario.planner.work_max, scenario.planner.com_margin, scenario.checker.com_margin),
         (1000, 0.02, 0.001)
     );
+}
+
+#[test]
+fn the_soles_of_a_stance_lie_beside_its_middle_and_the_seed_is_1_unless_stated() {
+    let folder = Folder::new();
+    folder.write("scenario.toml", SCENARIO.replacen("seed = 7\n", "", 1).as_bytes());
+    let scenario = scenario(&folder.path("")).unwrap();
+    assert_eq!(scenario.seed, 1);
+    let stance = StancePose {
+        position: DVec3::new(1.0, 2.0, 0.5),
+        yaw: std::f64::consts::FRAC_PI_2,
+        stance_width: 0.3,
+    };
+    let [left, right] = stance.world_from_soles();
+    assert!((left.translation - DVec3::new(0.85, 2.0, 0.5)).length() < 1e-12, "{left:?}");
+    assert!((right.translation - DVec3::new(1.15, 2.0, 0.5)).length() < 1e-12, "{right:?}");
+    assert!((left.rotation * DVec3::X - DVec3::Y).length() < 1e-12, "{left:?}");
 }
 
 #[test]

@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_file_stays() {
+    fn a_pipe_of_that_name_stays() {
         let folder = tempfile::tempdir().unwrap();
         let pipe = folder.path().join(".surefoot-1-1.tmp");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();

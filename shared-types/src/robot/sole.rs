@@ -92,3 +92,36 @@ fn height_above(vertices: &[DVec3], triangle: [u32; 3], point: DVec3) -> Option<
     let [a, b, c] = triangle.map(|index| vertices[index as usize]);
     (b - a).cross(c - a).try_normalize().map(|normal| normal.dot(point - a))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_distances(shape: &Shape, expected: &[([f64; 3], f64)]) {
+        for (point, distance) in expected {
+            let found = signed_distance(shape, DVec3::from_array(*point)).unwrap();
+            assert!((found - distance).abs() < 1e-9, "{shape:?} {point:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn distances_count_from_the_surface_and_are_negative_inside() {
+        let half_extents = DVec3::new(0.3, 0.2, 0.1);
+        let corner = |bits: usize| {
+            let sign = |axis: usize| if bits >> axis & 1 == 1 { 1.0 } else { -1.0 };
+            half_extents * DVec3::new(sign(0), sign(1), sign(2))
+        };
+        let hull = Shape::ConvexHull { points: (0..8).map(corner).collect(), source: None };
+        for block in [Shape::Box { half_extents }, hull] {
+            assert_distances(&block, &[([0.6, 0.6, 0.0], 0.5), ([0.0, 0.0, 0.07], -0.03)]);
+        }
+        let ball = Shape::Sphere { radius: 0.1 };
+        assert_distances(&ball, &[([0.0, 0.3, 0.4], 0.4), ([0.0, 0.0, 0.04], -0.06)]);
+        let drum = Shape::Cylinder { radius: 0.1, half_length: 0.2 };
+        let drum_points = [([0.24, 0.32, 0.6], 0.5), ([0.05, 0.0, 0.0], -0.05)];
+        assert_distances(&drum, &drum_points);
+        let capsule = Shape::Capsule { radius: 0.1, half_length: 0.2 };
+        let capsule_points = [([0.3, 0.0, 0.6], 0.4), ([0.0, 0.05, 0.1], -0.05)];
+        assert_distances(&capsule, &capsule_points);
+    }
+}
