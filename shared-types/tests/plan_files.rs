@@ -241,13 +241,13 @@ fn files_that_changed_since_the_plan_are_named() {
 fn a_level_end_is_moved_onto_the_ground_that_a_contact_shows() {
     let pose = |xyz: [f64; 3], tilt: f64| PoseBlock {
         xyz,
-        quat_xyzw: [0.0, (0.5 * tilt).sin(), 0.0, (0.5 * tilt).cos()],
+        quat_xyzw: [0.0, libm::sin(0.5 * tilt), 0.0, libm::cos(0.5 * tilt)],
     };
     let level = pose([1.2, 0.3, 0.5], 0.0);
     let moved = on_ground(&level, &pose([1.0, 0.0, 0.58], 0.2));
-    let height = 0.58 - 0.2 * 0.2_f64.tan();
+    let height = 0.58 - 0.2 * libm::tan(0.2);
     assert!((moved.xyz[2] - height).abs() < 1e-12, "{moved:?}");
-    assert!((moved.quat_xyzw[1] - 0.1_f64.sin()).abs() < 1e-12, "{moved:?}");
+    assert!((moved.quat_xyzw[1] - libm::sin(0.1)).abs() < 1e-12, "{moved:?}");
     assert_eq!(moved.xyz[..2], level.xyz[..2]);
     for other in [0.5, 0.61, 0.39] {
         assert_eq!(on_ground(&level, &pose([1.2, 0.3, other], 0.0)), level, "{other}");
