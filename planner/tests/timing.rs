@@ -8,6 +8,8 @@ mod common;
 mod pinocchio;
 #[path = "common/smooth_walk.rs"]
 mod smooth_walk;
+#[path = "common/walk_timing.rs"]
+mod walk_timing;
 
 use common::hubo;
 use glam::{DQuat, DVec2, DVec3};
@@ -20,18 +22,16 @@ use surefoot_planner::robot::inverse_dynamics::{
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::timing::limit::{BindingTimes, Limit};
-use surefoot_planner::timing::limits::TimingLimits;
 use surefoot_planner::timing::path_point::{Path, PathPoint, PathSpan};
 use surefoot_planner::timing::path_timing::PathTiming;
-use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
-use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
+use surefoot_shared_types::config::{ExecutionConfig, PlannerConfig};
 use surefoot_shared_types::message::{Contact, Interpolation, Ramp, Waypoint};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
+use walk_timing::{FRICTION, profile_seconds};
 
-const FRICTION: f64 = 0.6;
 const SHARE: f64 = 0.8;
 
 #[test]
@@ -132,18 +132,13 @@ fn execution() -> ExecutionConfig {
 }
 
 fn timing_of(model: &RobotModel, walk: &SmoothWalk) -> PathTiming {
-    let limits = TimingLimits::new(model, &execution(), FRICTION, &CheckerConfig::default());
-    PathTiming::new(TimedRobot::new(model, limits), walk.points.len() + walk.spans.len())
+    walk.timing(model, &execution())
 }
 
 /// Times a whole walk at once and returns its waypoints by span.
 fn timed(timing: &mut PathTiming, walk: &SmoothWalk) -> Vec<Vec<Waypoint>> {
-    let path = Path { points: &walk.points, spans: &walk.spans };
-    timing.begin();
-    for _ in &walk.spans {
-        timing.add_span(path).unwrap();
-    }
-    assert!(timing.solve(path, walk.spans.len(), 0));
+    assert!(walk.solve(timing));
+    let path = walk.path();
     (0..walk.spans.len())
         .map(|span| {
             let times = timing.span_times(span);
@@ -154,9 +149,8 @@ fn timed(timing: &mut PathTiming, walk: &SmoothWalk) -> Vec<Vec<Waypoint>> {
 
 /// The time of the unrounded profile, s.
 fn unrounded(timing: &PathTiming) -> f64 {
-    let nodes: Vec<(f64, f64)> = timing.nodes().map(|(node, x)| (node.position, x)).collect();
-    let cells = nodes.windows(2).filter(|pair| pair[1].0 > pair[0].0);
-    cells.map(|pair| 2.0 * (pair[1].0 - pair[0].0) / (pair[0].1.sqrt() + pair[1].1.sqrt())).sum()
+    let states: Vec<(f64, f64)> = timing.nodes().map(|(node, x)| (node.position, x)).collect();
+    profile_seconds(&states)
 }
 
 /// What a motion needs of the limits at one instant, by this file's own formulas.
@@ -324,13 +318,7 @@ fn a_smooth_walk_is_smooth_and_the_same_again() {
 
 /// Whether a whole walk has a timing within the limits.
 fn has_timing(model: &RobotModel, walk: &SmoothWalk) -> bool {
-    let mut timing = timing_of(model, walk);
-    let path = Path { points: &walk.points, spans: &walk.spans };
-    timing.begin();
-    for _ in &walk.spans {
-        timing.add_span(path).unwrap();
-    }
-    timing.solve(path, walk.spans.len(), 0)
+    walk.solve(&mut timing_of(model, walk))
 }
 
 #[test]
@@ -384,10 +372,7 @@ fn hardest_landing(walk: &SmoothWalk) -> f64 {
     let model = hubo();
     let robot = Mechanism::new(&model, &PlannerConfig::default()).unwrap();
     let mut timing = timing_of(&model, walk);
-    timing.begin();
-    for _ in &walk.spans {
-        timing.add_span(Path { points: &walk.points, spans: &walk.spans }).unwrap();
-    }
+    walk.begin(&mut timing);
     let mut nodes = timing.nodes().map(|(node, _)| node);
     let mut hardest = 0.0_f64;
     for span in &walk.spans {
@@ -423,7 +408,7 @@ fn on_inclined_ground_feet_come_down_slowly() {
 fn a_window_ends_at_rest_and_costs_little_time() {
     let model = hubo();
     let walk = smooth_walk(&model, 4, 0.12);
-    let path = Path { points: &walk.points, spans: &walk.spans };
+    let path = walk.path();
     let mut timing = timing_of(&model, &walk);
     timed(&mut timing, &walk);
     let whole = timing.law().end();
@@ -471,7 +456,7 @@ fn where_a_window_fails_the_motion_is_that_of_the_window_before() {
     let middle = span.first.midpoint(span.last);
     walk.points[middle].first[0] += 2e3;
     let mut timing = timing_of(&model, &walk);
-    let path = Path { points: &walk.points, spans: &walk.spans };
+    let path = walk.path();
     timing.begin();
     let mut is_within = true;
     for count in 1..=walk.spans.len() {
@@ -532,7 +517,7 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     let walk = smooth_walk(&model, 4, 0.12);
     let mut timing = timing_of(&model, &walk);
     let spans = timed(&mut timing, &walk);
-    let path = Path { points: &walk.points, spans: &walk.spans };
+    let path = walk.path();
     let all: Vec<Waypoint> = spans.concat();
     let (mut brake_after, mut longest, mut latest) = (0.0, 0.0_f64, f64::INFINITY);
     for (index, waypoints) in spans.iter().enumerate() {

@@ -8,32 +8,22 @@ mod allocations;
 mod common;
 #[path = "common/smooth_walk.rs"]
 mod smooth_walk;
+#[path = "common/walk_timing.rs"]
+mod walk_timing;
 
 use smooth_walk::smooth_walk;
-use surefoot_planner::timing::limits::TimingLimits;
-use surefoot_planner::timing::path_point::Path;
-use surefoot_planner::timing::path_timing::PathTiming;
-use surefoot_planner::timing::timed_robot::TimedRobot;
-use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
+use surefoot_shared_types::config::ExecutionConfig;
 
 #[test]
 fn timing_allocates_no_memory() {
     let model = common::hubo();
     let walk = smooth_walk(&model, 2, 0.12);
-    let path = Path { points: &walk.points, spans: &walk.spans };
-    let robot = TimedRobot::new(
-        &model,
-        TimingLimits::new(&model, &ExecutionConfig::default(), 0.6, &CheckerConfig::default()),
-    );
-    let mut timing = PathTiming::new(robot, walk.points.len() + walk.spans.len());
+    let path = walk.path();
+    let mut timing = walk.timing(&model, &ExecutionConfig::default());
     let before = allocations::count();
     let mut brake_after = 0.0;
     for _ in 0..2 {
-        timing.begin();
-        for _ in &walk.spans {
-            timing.add_span(path).unwrap();
-        }
-        assert!(timing.solve(path, walk.spans.len(), 0));
+        assert!(walk.solve(&mut timing));
         brake_after = 0.0;
         for span in 0..walk.spans.len() {
             let times = timing.span_times(span);

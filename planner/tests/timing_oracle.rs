@@ -11,6 +11,8 @@ mod absent;
 mod common;
 #[path = "common/smooth_walk.rs"]
 mod smooth_walk;
+#[path = "common/walk_timing.rs"]
+mod walk_timing;
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -21,13 +23,11 @@ use serde_json::{Value, json};
 use smooth_walk::smooth_walk;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::timing::limit::Limit;
-use surefoot_planner::timing::limits::{Level, TimingLimits};
-use surefoot_planner::timing::path_point::Path;
-use surefoot_planner::timing::path_timing::PathTiming;
+use surefoot_planner::timing::limits::Level;
 use surefoot_planner::timing::profile::{Node, controllable, fastest};
 use surefoot_planner::timing::rate_set::RateSet;
-use surefoot_planner::timing::timed_robot::TimedRobot;
-use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
+use surefoot_shared_types::config::ExecutionConfig;
+use walk_timing::profile_seconds;
 
 /// The largest difference of two durations, as a part of them.
 const DIFFERENCE_MAX: f64 = 0.02;
@@ -50,12 +50,6 @@ fn toppra_seconds(problem: &Value) -> Option<f64> {
     }
     assert!(output.status.success(), "toppra failed");
     Some(String::from_utf8(output.stdout).unwrap().trim().parse().unwrap())
-}
-
-/// The duration of a motion with these positions and squared speeds, s.
-fn seconds(states: &[(f64, f64)]) -> f64 {
-    let cells = states.windows(2).filter(|pair| pair[1].0 > pair[0].0);
-    cells.map(|pair| 2.0 * (pair[1].0 - pair[0].0) / (pair[0].1.sqrt() + pair[1].1.sqrt())).sum()
 }
 
 fn assert_near(name: &str, ours: f64, problem: &Value) {
@@ -106,44 +100,25 @@ fn joints_move_as_fast_as_toppra_moves_them() {
         let states: Vec<(f64, f64)> = grid.iter().copied().zip(squares).collect();
         let problem =
             json!({ "grid": grid, "waves": waves, "speed": speed, "acceleration": acceleration });
-        assert_near(&format!("joints {seed}"), seconds(&states), &problem);
+        assert_near(&format!("joints {seed}"), profile_seconds(&states), &problem);
     }
-}
-
-/// The sides of a set of rates: normals and offsets.
-fn sides(rates: &RateSet) -> Vec<[f64; 3]> {
-    let vertices = rates.vertices();
-    let next = vertices.iter().cycle().skip(1);
-    let sides = vertices.iter().zip(next).filter(|(a, b)| a.distance(**b) > 1e-12);
-    sides
-        .map(|(a, b)| {
-            let normal = -(b - a).perp().normalize();
-            [normal.x, normal.y, normal.dot(*a)]
-        })
-        .collect()
 }
 
 #[test]
 fn a_walk_is_as_fast_as_toppra_makes_it_within_the_same_limits() {
     let model = hubo();
     let walk = smooth_walk(&model, 4, 0.12);
-    let path = Path { points: &walk.points, spans: &walk.spans };
-    let limits =
-        TimingLimits::new(&model, &ExecutionConfig::default(), 0.6, &CheckerConfig::default());
-    let mut timing =
-        PathTiming::new(TimedRobot::new(&model, limits), walk.points.len() + walk.spans.len());
-    timing.begin();
-    for _ in &walk.spans {
-        timing.add_span(path).unwrap();
-    }
-    assert!(timing.solve(path, walk.spans.len(), 0));
+    let mut timing = walk.timing(&model, &ExecutionConfig::default());
+    assert!(walk.solve(&mut timing));
     let (mut grid, mut all_sides, mut states) = (Vec::new(), Vec::new(), Vec::new());
     for (node, square) in timing.nodes() {
         let before = grid.last().map_or(f64::NEG_INFINITY, |last: &f64| last + APART);
         grid.push(node.position.max(before));
-        all_sides.push(sides(&node.rates.scaled(node.factor)));
+        let rates = node.rates.scaled(node.factor);
+        let sides = rates.sides().map(|(normal, offset, _)| [normal.x, normal.y, offset]);
+        all_sides.push(sides.collect::<Vec<_>>());
         states.push((node.position, square));
     }
     let problem = json!({ "grid": grid, "sides": all_sides });
-    assert_near("walk", seconds(&states), &problem);
+    assert_near("walk", profile_seconds(&states), &problem);
 }

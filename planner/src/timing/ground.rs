@@ -1,11 +1,13 @@
 //! The ground under the feet of a motion, as the zero-moment point is compared with it.
 
-use glam::DVec3;
+use heapless::Vec as BoundedVec;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::CONTACTS_MAX;
 use surefoot_shared_types::message::Contact;
 
 use crate::geometry::convex_region::ConvexRegion;
 use crate::geometry::polygon::area_and_centroid;
-use crate::timing::support::supported_part;
+use crate::timing::support::{SolePolygon, supported_part};
 
 /// Where the feet of a motion stand.
 #[derive(Debug, Clone)]
@@ -19,17 +21,18 @@ pub struct Ground {
 impl Ground {
     /// The ground under these contacts.
     pub fn under(contacts: &[Contact]) -> Self {
-        let corners_of = |contact: &Contact| {
-            let world_from_sole = contact.world_from_sole();
-            let corners = supported_part(contact).into_iter();
-            corners.map(move |corner| world_from_sole * corner.extend(0.0))
-        };
-        let heights = contacts.iter().map(|contact| {
-            let (_, centroid) = area_and_centroid(&supported_part(contact));
-            (contact.world_from_sole() * centroid.extend(0.0)).z
+        let supports: BoundedVec<(Pose, SolePolygon), CONTACTS_MAX> = contacts
+            .iter()
+            .map(|contact| (contact.world_from_sole(), supported_part(contact)))
+            .collect();
+        let heights = supports.iter().map(|(world_from_sole, part)| {
+            let (_, centroid) = area_and_centroid(part);
+            (*world_from_sole * centroid.extend(0.0)).z
         });
         let height = heights.sum::<f64>() / contacts.len().max(1) as f64;
-        let seen_from_above = contacts.iter().flat_map(corners_of).map(DVec3::truncate);
-        Self { height, region: ConvexRegion::hull(seen_from_above) }
+        let corners = supports.iter().flat_map(|(world_from_sole, part)| {
+            part.iter().map(|corner| (*world_from_sole * corner.extend(0.0)).truncate())
+        });
+        Self { height, region: ConvexRegion::hull(corners) }
     }
 }

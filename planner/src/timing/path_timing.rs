@@ -157,8 +157,8 @@ impl PathTiming {
         self.timed.starts.push((self.timed.nodes.len(), offset));
         self.changes.push_span();
         let contacts = self.robot.span_contacts(span, COP_MARGIN_EXTRA);
-        let landing = self.robot.landing(span, &points[points.len() - 1]);
-        let part = if span.is_inclined() { INCLINED_RATES_PART } else { 1.0 };
+        let landing = self.robot.landing(&contacts, &points[points.len() - 1]);
+        let part = if contacts.is_inclined { INCLINED_RATES_PART } else { 1.0 };
         let parameter_of = |at: usize| match (has_one_cell, at) {
             (true, 1) => 0.5 * (points[0].parameter + points[1].parameter),
             (true, 2) => points[1].parameter,

@@ -135,7 +135,7 @@ impl RateSet {
     }
 
     /// The outward normals of all sides, of length 1, with their offsets and limits.
-    fn sides(&self) -> impl Iterator<Item = (DVec2, f64, Limit)> + '_ {
+    pub fn sides(&self) -> impl Iterator<Item = (DVec2, f64, Limit)> + '_ {
         let sides = self.edges().zip(&self.limits);
         sides.filter(|((a, b), _)| a.distance_squared(*b) > 0.0).map(|((a, b), &limit)| {
             let normal = -inward_normal(a, b);

@@ -44,19 +44,30 @@ pub struct FootSupport {
     pub friction: f64,
 }
 
-/// The stance feet of a span at every level.
+/// The stance feet of a span at each of its levels.
 #[derive(Debug)]
-pub(crate) struct SpanSupports([Support; Level::ALL.len()]);
+pub(crate) struct SpanSupports {
+    levels: &'static [Level],
+    supports: BoundedVec<Support, { Level::ALL.len() }>,
+}
 
 impl SpanSupports {
-    /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
-    pub fn new(span: &PathSpan, extra: f64, friction: f64) -> Self {
-        Self(Level::ALL.map(|level| Support::new(span, level, extra, friction)))
+    /// The contacts of a span at some levels, the strictest first and each followed by its next
+    /// one; the centre of pressure is `extra` (m) further inside than at a level.
+    pub fn new(span: &PathSpan, levels: &'static [Level], extra: f64, friction: f64) -> Self {
+        let support = |&level: &Level| Support::new(span, level, extra, friction);
+        Self { levels, supports: levels.iter().map(support).collect() }
     }
 
-    /// The feet at a level.
+    /// The levels, the strictest first.
+    pub fn levels(&self) -> &'static [Level] {
+        self.levels
+    }
+
+    /// The feet at a level; at the last one where no contact forces are known.
     pub fn at(&self, level: Level) -> &Support {
-        &self.0[(level as usize).min(Level::ALL.len() - 1)]
+        let place = (level as usize).saturating_sub(self.levels[0] as usize);
+        &self.supports[place.min(self.supports.len() - 1)]
     }
 }
 

@@ -75,6 +75,8 @@ pub(crate) struct SpanContacts<'a> {
     supports: SpanSupports,
     /// Distance (m) by which the centre of pressure stays further inside than at a level.
     extra: f64,
+    /// Whether a stance sole is inclined.
+    pub is_inclined: bool,
 }
 
 /// Velocity and acceleration of a waypoint, root and joints in one list.
@@ -115,11 +117,14 @@ impl TimedRobot {
 
     /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
     pub(super) fn span_contacts<'a>(&self, span: &'a PathSpan, extra: f64) -> SpanContacts<'a> {
+        let is_inclined = span.is_inclined();
+        let levels = Level::levels(is_inclined);
         SpanContacts {
             span,
             ground: self.contact_ground(span),
-            supports: SpanSupports::new(span, extra, self.limits.friction),
+            supports: SpanSupports::new(span, levels, extra, self.limits.friction),
             extra,
+            is_inclined,
         }
     }
 
@@ -132,14 +137,14 @@ impl TimedRobot {
         point: &Waypoint,
         (landing, touches_down): (Option<&Landing>, bool),
     ) -> PointLimits {
-        let SpanContacts { span, ground, supports, extra } = contacts;
+        let SpanContacts { span, ground, supports, extra, .. } = contacts;
         let [first, second] = rates_of(point);
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
         let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
         let balance = ground.terms(&dynamics);
         let slip = self.stance_slip(span, &dynamics.frames, &first);
-        for &level in Level::levels(span.is_inclined()) {
+        for &level in supports.levels() {
             let support = supports.at(level);
             let mut rates = joint_rates(
                 &dynamics,
@@ -207,13 +212,13 @@ impl TimedRobot {
     }
 
     /// The sole that lands at the end of a span; `None` where both feet stand.
-    pub(super) fn landing(&self, span: &PathSpan, last: &PathPoint) -> Option<Landing> {
-        let [stance] = span.contacts.as_slice() else { return None };
+    pub(super) fn landing(&self, contacts: &SpanContacts<'_>, last: &PathPoint) -> Option<Landing> {
+        let [stance] = contacts.span.contacts.as_slice() else { return None };
         let limb = 1 - stance.limb as usize;
         let mut frames = LinkFrames::default();
         self.dynamics.place(&last.world_from_root, &last.q, &mut frames);
         let (point, normal) = self.sole_at(&frames, limb);
-        let is_inclined = span.is_inclined() || normal.z < INCLINED_COSINE;
+        let is_inclined = contacts.is_inclined || normal.z < INCLINED_COSINE;
         Some(Landing { limb, point, is_inclined })
     }
 
@@ -275,7 +280,7 @@ impl TimedRobot {
         level: Level,
         waypoint: &Waypoint,
     ) -> f64 {
-        let SpanContacts { span, ground, supports, extra } = contacts;
+        let SpanContacts { span, ground, supports, extra, .. } = contacts;
         let TimingMemory { contact_rates, dynamics } = memory;
         let [velocity, acceleration] = rates_of(waypoint);
         self.write_instant(waypoint, dynamics);

@@ -74,11 +74,12 @@ pub(crate) const TORQUE_TOLERANCE: f64 = 1e-6;
 pub(crate) const STANCE_SPEEDS_MAX: [f64; 2] = [0.018, 0.09];
 /// Largest speed of a landing sole along its normal, m/s.
 pub(crate) const TOUCHDOWN_SPEED_MAX: f64 = 0.05;
-/// The same where the foot or the stance foot is inclined, and how much it grows with the distance
-/// from the foothold (1/s). A foot that lands 2 mm early turns the robot about the other one: on
-/// legs four times as long as their distance the weight moves sideways four times as fast as the
-/// foot moved down. A zero-moment point that is 3 cm inside catches 0.1 m/s.
+/// The same where the foot or the stance foot is inclined. A foot that lands 2 mm early turns the
+/// robot about the other one: on legs four times as long as their distance the weight moves
+/// sideways four times as fast as the foot moved down. A zero-moment point that is 3 cm inside
+/// catches 0.1 m/s.
 pub(crate) const LANDING_SPEED_INCLINED: f64 = 0.02;
+/// How much that speed grows with the distance from the foothold, 1/s.
 pub(crate) const LANDING_SPEED_BY_DISTANCE: f64 = 8.0;
 /// Time over which speeds are averaged, so that acceleration is continuous, s.
 pub(crate) const ROUNDING_TIME: f64 = 0.1;
