@@ -18,6 +18,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Output};
 
 use command::{finish, scenario, surefoot};
+use surefoot_shared_types::base::user::effective_uid;
 use surefoot_shared_types::instance::instance::Instance;
 
 /// The user id of `nobody`.
@@ -25,8 +26,7 @@ const OTHER_USER: u32 = 65_534;
 
 /// Whether this process can run commands as another user.
 fn is_root() -> bool {
-    // SAFETY: geteuid has no preconditions and cannot fail.
-    let root = unsafe { libc::geteuid() } == 0;
+    let root = effective_uid() == 0;
     if !root {
         absent::skip("not root");
     }

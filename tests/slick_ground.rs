@@ -6,30 +6,23 @@
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
-
-use std::path::Path;
+#[path = "common/own_world.rs"]
+mod own_world;
 
 use command::run;
+use own_world::write_scenario;
 
-/// Three decimetres of floor with a coefficient of friction of 0.002, a tenth of that of wet ice.
-fn write_scenario(folder: &Path) -> String {
-    let world = "mu = 0.002\n[[shapes]]\nname = \"floor\"\nxyz = [0.0, 0.0, -0.1]\n\
+/// A floor with a coefficient of friction of 0.002, a tenth of that of wet ice.
+const WORLD: &str = "mu = 0.002\n[[shapes]]\nname = \"floor\"\nxyz = [0.0, 0.0, -0.1]\n\
                  box = { half_extents = [2.0, 1.0, 0.1] }\n";
-    std::fs::write(folder.join("world.toml"), world).unwrap();
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/robots/hubo/robot.toml");
-    let scenario = format!(
-        "robot = {robot:?}\nworld = \"world.toml\"\n[start]\nxyz = [0.0, 0.0, 0.0]\n\
-         [goal]\nxyz = [0.15, 0.0, 0.0]\n"
-    );
-    let path = folder.join("scenario.toml");
-    std::fs::write(&path, scenario).unwrap();
-    path.to_str().unwrap().to_owned()
-}
+/// A step of 15 cm.
+const ENDS: &str = "[start]\nxyz = [0.0, 0.0, 0.0]\n\
+                    [goal]\nxyz = [0.15, 0.0, 0.0]\n";
 
 #[test]
 fn a_plan_on_slick_ground_is_accepted() {
     let folder = tempfile::tempdir().unwrap();
-    let scenario = write_scenario(folder.path());
+    let scenario = write_scenario(folder.path(), WORLD, ENDS);
     let plan = folder.path().join("plan.json").to_str().unwrap().to_owned();
     for motion in ["smooth", "quasi_static"] {
         let output = run(&["plan", &scenario, "--motion", motion, "--export", &plan]);

@@ -6,31 +6,24 @@
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
-
-use std::path::Path;
+#[path = "common/own_world.rs"]
+mod own_world;
 
 use command::run;
+use own_world::write_scenario;
 use serde_json::Value;
 
-/// A ramp of 0.3 rad that rises along x, and a step up it, with the goal 3 cm below the ramp.
-fn write_scenario(folder: &Path) -> String {
-    let world = "mu = 0.6\n[[shapes]]\nname = \"ramp\"\nxyz = [0.0, 0.0, -0.1]\n\
+/// A ramp of 0.3 rad that rises along x.
+const WORLD: &str = "mu = 0.6\n[[shapes]]\nname = \"ramp\"\nxyz = [0.0, 0.0, -0.1]\n\
                  rpy = [0.0, -0.3, 0.0]\nbox = { half_extents = [2.0, 1.0, 0.1] }\n";
-    std::fs::write(folder.join("world.toml"), world).unwrap();
-    let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/robots/hubo/robot.toml");
-    let scenario = format!(
-        "robot = {robot:?}\nworld = \"world.toml\"\n[start]\nxyz = [0.0, 0.0, 0.00468]\n\
-         [goal]\nxyz = [0.4, 0.0, 0.1]\nposition_tolerance = 0.04\n"
-    );
-    let path = folder.join("scenario.toml");
-    std::fs::write(&path, scenario).unwrap();
-    path.to_str().unwrap().to_owned()
-}
+/// A step up it, with the goal 3 cm below the ramp.
+const ENDS: &str = "[start]\nxyz = [0.0, 0.0, 0.00468]\n\
+                    [goal]\nxyz = [0.4, 0.0, 0.1]\nposition_tolerance = 0.04\n";
 
 #[test]
 fn a_plan_reaches_its_own_goal_on_a_slope() {
     let folder = tempfile::tempdir().unwrap();
-    let scenario = write_scenario(folder.path());
+    let scenario = write_scenario(folder.path(), WORLD, ENDS);
     let plan = folder.path().join("plan.json").to_str().unwrap().to_owned();
     let output = run(&["plan", &scenario, "--export", &plan]);
     assert_eq!(output.code, 0, "{}{}", output.out, output.err);

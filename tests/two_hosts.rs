@@ -1,16 +1,16 @@
 //! A walk on one host, its monitor on another: iceoryx2's tunnel over Zenoh between two network
 //! namespaces, each with a `/dev/shm` of its own.
 //!
-//! Needs root, iproute2, and the program `iox2-link-tunnel-zenoh` (docs/OTHER_HOSTS.md), whose path
-//! is in `SUREFOOT_TUNNEL`.
+//! Needs root, iproute2, a core without other load, and the program `iox2-link-tunnel-zenoh`
+//! (docs/OTHER_HOSTS.md), whose path is in `SUREFOOT_TUNNEL`.
 
 #![allow(clippy::unwrap_used, reason = "a command that fails unexpectedly fails the test")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-/// What both hosts begin with: an empty shared memory, and a function that starts the tunnel of the
-/// instance as soon as it exists.
+/// What both hosts begin with: an empty shared memory, a function that starts the tunnel of the
+/// instance as soon as it exists, and one that ends it and lists the rest.
 const PRELUDE: &str = r#"
 set -u
 mount -t tmpfs -o mode=1777,size=256m tmpfs /dev/shm || exit 9
@@ -22,34 +22,34 @@ tunnel() {
         > tunnel.txt 2>&1 &
     tunnel=$!
 }
+leave() {
+    kill -INT $tunnel
+    wait
+    ls -A /dev/shm > left.txt
+    exit $1
+}
 "#;
 
 /// The host of the walk. It waits for the other one's tunnel, which offers its services here.
 const ROBOT: &str = r#"
 "$SUREFOOT" control "$SCENARIO" --instance mine > control.txt 2>&1 &
 tunnel
+touch tunnels
 until [ -e ../far/listens ]; do sleep 0.1; done
 "$SUREFOOT" plan "$SCENARIO" --instance mine --quiet > plan.txt 2>&1
-code=$?
-kill -INT $tunnel
-wait
-ls -A /dev/shm > left.txt
-exit $code
+leave $?
 "#;
 
-/// The host that listens. Its tunnel takes seconds to find the other one.
+/// The host that listens. Its tunnel takes seconds to find the other one, once that one runs.
 const FAR: &str = r#"
 "$SUREFOOT" monitor --instance mine --create --json --seconds 60 > monitor.txt 2>&1 &
 monitor=$!
 tunnel
+until [ -e ../robot/tunnels ]; do sleep 0.1; done
 sleep 5
 touch listens
 wait $monitor
-code=$?
-kill -INT $tunnel
-wait
-ls -A /dev/shm > left.txt
-exit $code
+leave $?
 "#;
 
 /// Two network namespaces joined by a cable; removed with it.
@@ -112,7 +112,8 @@ fn repository() -> PathBuf {
 /// Zenoh's configuration of a host that `joins` the other one: `listen` or `connect`.
 fn zenoh(joins: &str) -> String {
     format!(
-        "{{ mode: \"peer\", {joins}: {{ endpoints: [\"tcp/10.77.0.1:7447\"] }}, \
+        "{{ mode: \"peer\", {joins}: {{ endpoints: [\"tcp/10.77.0.1:7447\"], \
+         retry: {{ period_init_ms: 200, period_max_ms: 200 }} }}, \
          scouting: {{ multicast: {{ enabled: false }} }} }}"
     )
 }

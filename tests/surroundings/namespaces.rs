@@ -4,6 +4,8 @@
 use std::fs;
 use std::process::Command;
 
+use surefoot_shared_types::base::user::effective_uid;
+
 use crate::absent;
 use crate::command::finish;
 use crate::shell::{Folder, wait_until};
@@ -25,8 +27,7 @@ fn two_walks_with_one_process_number_run_side_by_side() {
     }
     let folder = Folder::new();
     let mut first = folder.start("exec unshare -p -f --kill-child $S walk endless.toml --quiet");
-    // SAFETY: geteuid has no preconditions and cannot fail.
-    let user = unsafe { libc::geteuid() };
+    let user = effective_uid();
     wait_until(|| fs::exists(format!("/dev/shm/surefoot-{user}/walk-1")).unwrap());
     folder.good("unshare -p -f --kill-child $S walk flat.toml --quiet");
     assert!(first.try_wait().unwrap().is_none());

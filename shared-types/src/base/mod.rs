@@ -1,4 +1,5 @@
-//! Rigid motions, digests, input and output files, input errors and the sizes of messages.
+//! Rigid motions, digests, input and output files, input errors, the process's user and the sizes
+//! of messages.
 
 pub mod closest;
 pub mod digest;
@@ -8,5 +9,6 @@ pub mod limits;
 pub mod spatial;
 pub(crate) mod temporary_file;
 pub mod text_file;
+pub mod user;
 pub mod whole_file;
 pub(crate) mod xml;

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::base::text_file::folder_of;
+use crate::base::user::effective_uid;
 
 const PREFIX: &str = ".surefoot-";
 const SUFFIX: &str = ".tmp";
@@ -108,10 +109,8 @@ fn remove_dead(folder: &Path) {
 fn is_dead(path: &Path) -> bool {
     let opened =
         OpenOptions::new().read(true).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK).open(path);
-    // SAFETY: geteuid has no preconditions and cannot fail.
-    let user = unsafe { libc::geteuid() };
     opened.is_ok_and(|file| {
-        file.metadata().is_ok_and(|found| found.is_file() && found.uid() == user)
+        file.metadata().is_ok_and(|found| found.is_file() && found.uid() == effective_uid())
             && file.try_lock().is_ok()
     })
 }

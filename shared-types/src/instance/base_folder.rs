@@ -6,6 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::base::user::effective_uid;
 use crate::instance::directory;
 use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::private;
@@ -96,11 +97,11 @@ fn with_token(parent: &Path) -> Result<Vec<PathBuf>, InstanceError> {
 fn is_foreign(path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     path.symlink_metadata()
-        .is_ok_and(|metadata| !metadata.is_dir() || metadata.uid() != private::effective_uid())
+        .is_ok_and(|metadata| !metadata.is_dir() || metadata.uid() != effective_uid())
 }
 
 fn plain_name() -> String {
-    format!("surefoot-{}", private::effective_uid())
+    format!("surefoot-{}", effective_uid())
 }
 
 #[cfg(test)]

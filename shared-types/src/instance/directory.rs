@@ -7,9 +7,9 @@ use std::io::ErrorKind;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
+use crate::base::user::effective_uid;
 use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::lock::LOCK_FILE;
-use crate::instance::private::effective_uid;
 
 /// Removes all segments of this user whose names begin with `prefix`. iceoryx2 itself leaves one
 /// behind for each prefix.

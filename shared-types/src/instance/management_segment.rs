@@ -9,6 +9,7 @@ use std::io::{ErrorKind, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
+use crate::base::user::effective_uid;
 use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::private;
 
@@ -49,7 +50,7 @@ pub(crate) fn ensure(prefix: &str) -> Result<(), InstanceError> {
 
 fn check_owner(path: &Path) -> Result<(), InstanceError> {
     let metadata = path.symlink_metadata().map_err(|error| io_error(path, error))?;
-    if metadata.uid() == private::effective_uid() {
+    if metadata.uid() == effective_uid() {
         return Ok(());
     }
     Err(private::not_private(path, format!("it belongs to user {}", metadata.uid())))

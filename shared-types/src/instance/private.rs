@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
+use crate::base::user::effective_uid;
 use crate::instance::error::{InstanceError, io_error};
 
 /// Mode of a private folder.
@@ -113,10 +114,4 @@ fn check_owner(path: &Path, owner: u32) -> Result<(), InstanceError> {
 /// The error that `path` is not private.
 pub(crate) fn not_private(path: &Path, reason: String) -> InstanceError {
     InstanceError::NotPrivate { path: path.to_owned(), reason }
-}
-
-/// The user whose rights this process has.
-pub(crate) fn effective_uid() -> u32 {
-    // SAFETY: geteuid has no preconditions and cannot fail.
-    unsafe { libc::geteuid() }
 }

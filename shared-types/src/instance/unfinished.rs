@@ -11,7 +11,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::ptr::NonNull;
 
-use crate::instance::private::effective_uid;
+use crate::base::user::effective_uid;
 use crate::instance::tuning::UNFINISHED_MAX;
 
 /// Inode numbers of unfinished segments.

@@ -4,6 +4,8 @@ use std::fs;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
+use surefoot_shared_types::base::user::effective_uid;
+
 /// The folder of shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
 
@@ -72,9 +74,7 @@ pub(crate) fn left_over(instance: &str) -> Vec<PathBuf> {
 
 /// Whether this user owns a file that still exists.
 fn is_ours(path: &PathBuf) -> bool {
-    // SAFETY: geteuid touches no memory.
-    let user = unsafe { libc::geteuid() };
-    fs::symlink_metadata(path).is_ok_and(|metadata| metadata.uid() == user)
+    fs::symlink_metadata(path).is_ok_and(|metadata| metadata.uid() == effective_uid())
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {
