@@ -88,13 +88,14 @@ impl FollowedMotion {
         self.keys.len().saturating_sub(1)
     }
 
-    /// Horizontal distance (m) of the soles from the nearer end of the motion.
+    /// Distance (m) of the soles from the nearer end of the motion, along the ground there: on
+    /// inclined ground a foot that lifts off along its sole's normal moves aside, too.
     pub fn distance_aside(&self, place: f64) -> f64 {
         let at = (libm::floor(place.max(0.0)) as usize).min(self.end());
         let from = |end: usize| {
             let [here, there] = [at, end].map(|index| &self.keys[index].world_from_soles);
             let aside = |limb: usize| {
-                let shift = here[limb].translation - there[limb].translation;
+                let shift = there[limb].inverse() * here[limb].translation;
                 shift.truncate().length()
             };
             aside(0).max(aside(1))
