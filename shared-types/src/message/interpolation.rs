@@ -169,6 +169,10 @@ fn joined(linear: DVec3, angular: DVec3) -> [f64; ROOT_FREEDOMS] {
 /// after the first one.
 pub fn hermite(from: Rates, to: Rates, seconds: f64, elapsed: f64) -> Rates {
     let [p, v, a] = from;
+    // Most joints of most motions rest. A negative zero becomes 0, as below.
+    if from == to && [v, a] == [0.0; 2] {
+        return [p + 0.0, 0.0, 0.0];
+    }
     // What the polynomial of degree 2 with the state `from` lacks at the end, in units of `s`.
     let position = to[0] - (p + seconds * (v + 0.5 * seconds * a));
     let velocity = seconds * (to[1] - (v + seconds * a));
