@@ -89,7 +89,7 @@ pub(crate) const INTERVAL_MAX: f64 = 0.02;
 /// Rounds in which torques beyond their limits enter a program.
 pub(crate) const TORQUE_ROUNDS_MAX: usize = 12;
 /// Rounds in which a profile is slowed down where it is beyond the limits.
-pub(crate) const ROUNDS_MAX: usize = 16;
+pub(crate) const ROUNDS_MAX: usize = 32;
 /// Rounds after those, in which all of it is slowed down.
 pub(crate) const SLOW_DOWNS_MAX: usize = 14;
 /// The factor of the rates in such a round; also the least one of the rounds before.
