@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 #![allow(clippy::print_stdout, reason = "the comparison is printed")]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
@@ -16,19 +16,46 @@ use surefoot_planner::foot_placement::{
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
+use surefoot_shared_types::geometry::shape::Shape;
 use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::{World, WorldShape};
 
 /// Placements that are compared.
 const PLACEMENTS: usize = 200;
 /// The most by which a corner of the planner's support lies beyond the checker's, m: the reserve of
 /// the planner's margin of the centre of mass.
 const BEYOND_MAX: f64 = 4e-3;
+/// The same on bars, m: at their ends the checker's samples are coarser.
+const BEYOND_ON_BARS_MAX: f64 = 2e-3;
+/// Soles on bars of one radius.
+const SOLES_ON_BARS: usize = 60;
+
+fn configs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("configs")
+}
+
+fn hubo() -> RobotModel {
+    load_robot(&configs().join("robots/hubo/robot.toml")).unwrap()
+}
+
+/// The support that the planner relies on.
+fn placement_config(model: &RobotModel) -> FootPlacementConfig {
+    let limits = CheckerConfig::default();
+    let reach = model.feet[0].polygon.iter().map(|corner| corner.length()).fold(0.0, f64::max);
+    FootPlacementConfig {
+        centre_height: Mechanism::new(model, &PlannerConfig::default()).unwrap().centre_height,
+        foot_shift: limits.foot_position_max + limits.foot_rotation_max * reach,
+        is_secured: true,
+        ..FootPlacementConfig::default()
+    }
+}
 
 /// The placements of a sole near a point of the ground, the nearest ones.
 fn placements(surfaces: &Surfaces, sole: &[DVec2], ideal: Pose, index: u64) -> Vec<SupportedSole> {
@@ -73,20 +100,11 @@ const ROOT_HEIGHT: f64 = 0.9;
 /// The most by which a corner of the planner's support lies beyond the checker's (m), over
 /// placements of a sole on a shipped world between two corners of a box.
 fn beyond(world: &str, [low, high]: [DVec3; 2]) -> f64 {
-    let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
-    let model = load_robot(&configs.join("robots/hubo/robot.toml")).unwrap();
-    let world_of = load_world(&configs.join(format!("worlds/{world}.toml"))).unwrap();
-    let limits = CheckerConfig::default();
+    let model = hubo();
+    let world_of = load_world(&configs().join(format!("worlds/{world}.toml"))).unwrap();
     let sole = &model.feet[0].polygon;
-    let reach = sole.iter().map(|corner| corner.length()).fold(0.0, f64::max);
-    let config = FootPlacementConfig {
-        centre_height: Mechanism::new(&model, &PlannerConfig::default()).unwrap().centre_height,
-        foot_shift: limits.foot_position_max + limits.foot_rotation_max * reach,
-        is_secured: true,
-        ..FootPlacementConfig::default()
-    };
-    let surfaces = Surfaces::new(&world_of, config).unwrap();
-    let mut checker = Checker::new(model.clone(), world_of, limits).unwrap();
+    let surfaces = Surfaces::new(&world_of, placement_config(&model)).unwrap();
+    let mut checker = Checker::new(model.clone(), world_of, CheckerConfig::default()).unwrap();
     let mut random = Random::new(1, Stream::Preparation, 0, 0);
     let (mut count, mut worst, mut index) = (0, f64::NEG_INFINITY, 0);
     while count < PLACEMENTS {
@@ -122,4 +140,105 @@ fn on_bars_the_planner_relies_on_no_line_that_a_foot_beside_its_place_may_miss()
 fn on_blocks_the_checker_measures_all_of_a_support_that_is_cut_by_an_edge() {
     let blocks = [DVec3::new(2.2, -0.6, -0.1), DVec3::new(4.2, 0.6, 0.1)];
     assert!(beyond("cinder_blocks", blocks) <= BEYOND_MAX);
+}
+
+/// A world of two bars along y, tilted about y.
+fn bars(radius: f64, places: [f64; 2], half_length: f64, world_from_bars: &Pose) -> World {
+    let along_y = rotation_about(DVec3::X, -std::f64::consts::FRAC_PI_2);
+    let bar = |(index, x): (usize, &f64)| WorldShape {
+        name: format!("bar {index}"),
+        world_from_shape: *world_from_bars
+            * Pose::from_parts(DVec3::new(*x, 0.0, -radius), along_y),
+        shape: Shape::Cylinder { radius, half_length },
+    };
+    World {
+        mu: 0.6,
+        shapes: places.iter().enumerate().map(bar).collect(),
+        digest: Digest::default(),
+    }
+}
+
+/// Soles on two bars of a radius: near each other and far apart, turned and tilted, and with the
+/// lines near every edge.
+fn on_bars(model: &RobotModel, radius: f64) -> Agreement {
+    let sole = &model.feet[0].polygon;
+    let (back, front) =
+        sole.iter().fold((0.0_f64, 0.0_f64), |(back, front), at| (back.min(at.x), front.max(at.x)));
+    let mut random = Random::new(1, Stream::Preparation, 0, 0);
+    let mut agreement = Agreement::default();
+    for index in 0..SOLES_ON_BARS {
+        let spacing = (front - back) * random.uniform(0.5, 1.02);
+        let turn = random.uniform(-0.6, 0.6) * random.uniform(0.0, 1.0);
+        let tilt = if index % 2 == 0 { 0.0 } else { random.uniform(-0.3, 0.3) };
+        // Of some bars the ends are under the sole.
+        let half_length = if index % 4 == 3 { 0.05 } else { 0.5 };
+        let slack = 0.5 * (front - back - spacing).abs() + 0.01;
+        let middle = 0.5 * spacing + random.uniform(-slack, slack);
+        let place = DVec3::new(middle, random.uniform(-0.03, 0.03), 0.0);
+        let world_from_bars = Pose::from_parts(DVec3::ZERO, rotation_about(DVec3::Y, tilt));
+        let world_from_sole = world_from_bars
+            * Pose::from_parts(place, rotation_about(DVec3::Z, turn))
+            * Pose::from_translation(DVec3::new(-0.5 * (front + back), 0.0, 0.0));
+        let world = bars(radius, [0.0, spacing], half_length, &world_from_bars);
+        agreement.compare(model, world, &world_from_sole);
+    }
+    agreement
+}
+
+/// How well the planner's supports agree with the checker's.
+#[derive(Debug, Default)]
+struct Agreement {
+    /// Soles that both support.
+    both: usize,
+    /// Soles that only the checker supports.
+    checker_only: usize,
+    /// The most by which a corner of the planner's support lies beyond the checker's, m.
+    beyond: f64,
+    /// The sums of the areas that the planner and the checker find, m2.
+    areas: [f64; 2],
+}
+
+impl Agreement {
+    fn compare(&mut self, model: &RobotModel, world: World, world_from_sole: &Pose) {
+        let config = FootPlacementConfig {
+            support_area_min: 2e-3,
+            centroid_edge_distance_min: 0.01,
+            ..placement_config(model)
+        };
+        let surfaces = Surfaces::new(&world, config).unwrap();
+        let mut checker = Checker::new(model.clone(), world, CheckerConfig::default()).unwrap();
+        let measured = measured(&mut checker, model, world_from_sole);
+        let mut scratch = Scratch::new(surfaces.config());
+        let found = surfaces.support(&mut scratch, &model.feet[0].polygon, world_from_sole);
+        let Ok(support) = found else {
+            self.checker_only += usize::from(area(measured.vertices()) > 8e-3);
+            return;
+        };
+        let corners = support.polygon.iter().map(|corner| *world_from_sole * corner.extend(0.0));
+        let corners: Vec<DVec2> = corners.map(DVec3::truncate).collect();
+        let beyond = corners.iter().map(|corner| -measured.margin(*corner));
+        self.beyond = beyond.fold(self.beyond, f64::max);
+        self.both += 1;
+        self.areas[0] += area(&corners);
+        self.areas[1] += area(measured.vertices());
+    }
+}
+
+/// The area of a polygon, m2.
+fn area(corners: &[DVec2]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| 0.5 * a.perp_dot(*b)).sum()
+}
+
+#[test]
+fn on_bars_of_any_radius_the_planner_relies_on_all_that_the_checker_measures_and_no_more() {
+    let model = hubo();
+    for radius in [0.005, 0.01, 0.02, 0.03, 0.06] {
+        let agreement = on_bars(&model, radius);
+        let Agreement { both, checker_only, beyond, areas } = agreement;
+        let share = areas[0] / areas[1];
+        println!("{radius} m: {both} and {checker_only} soles, {share:.3}, {:.2} mm", 1e3 * beyond);
+        assert!(both > 7 * SOLES_ON_BARS / 10 && checker_only < SOLES_ON_BARS / 5, "{agreement:?}");
+        assert!(beyond <= BEYOND_ON_BARS_MAX && share > 0.9, "{agreement:?}");
+    }
 }

@@ -52,6 +52,11 @@ enum Form {
 }
 
 impl Target {
+    /// Whether its surface is curved.
+    pub fn is_round(&self) -> bool {
+        matches!(self.form, Form::Capsule { .. } | Form::Cylinder { .. })
+    }
+
     /// The ray form of a shape.
     ///
     /// # Errors

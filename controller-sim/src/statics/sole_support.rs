@@ -15,9 +15,10 @@ use crate::geometry::bounds::Bounds;
 use crate::geometry::polygon;
 use crate::geometry::rays::{Hit, Target};
 use crate::statics::resting_contact::{AirSample, resting_region};
+use crate::statics::sole_support::crests::crests;
+use crate::statics::sole_support::ray_sample::RaySample;
 use crate::statics::tuning::{
-    CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, PLANE_DISTANCE_MAX, RAY_START,
-    SOLES_CACHED_MAX,
+    CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, RAY_START, SOLES_CACHED_MAX,
 };
 use crate::statics::underside::{FineGrid, SolePoint, Underside};
 
@@ -60,29 +61,6 @@ pub struct SupportFinder {
     last_samples: Vec<Option<(Pose, Vec<RaySample>)>>,
 }
 
-#[derive(Clone, Copy)]
-struct RaySample {
-    point: SolePoint,
-    /// Distance from the foot down to the surface, m; infinite over a void.
-    air: f64,
-    /// The most air within the distance by which the real foot may be displaced, m.
-    most_air: f64,
-    normal: DVec3,
-    /// The growth of the air along the plane of the ground, m per m.
-    gradient: DVec2,
-    is_carrying: bool,
-}
-
-impl RaySample {
-    /// Whether another sample lies in the plane of the ground at this one, and the foot is flat.
-    fn is_in_plane(&self, other: &RaySample) -> bool {
-        let air = self.air + self.gradient.dot(other.point.at - self.point.at);
-        other.is_carrying == self.is_carrying
-            && other.point.height == self.point.height
-            && (other.air - air).abs() <= PLANE_DISTANCE_MAX
-    }
-}
-
 impl SupportFinder {
     /// A finder for the soles of a robot in a world.
     ///
@@ -93,14 +71,14 @@ impl SupportFinder {
             Target::new(&shape.shape, &shape.world_from_shape)
                 .map_err(|error| format!("{}: {error}", shape.name))
         };
-        let undersides: Vec<Underside> =
-            model.feet.iter().map(|foot| Underside::new(model, foot)).collect::<Result<_, _>>()?;
-        let vertices = undersides.iter().flat_map(|underside| &underside.outline);
+        let vertices = model.feet.iter().flat_map(|foot| &foot.polygon);
         let reach = vertices.map(|vertex| vertex.length()).fold(0.0, f64::max);
+        let shift_max = config.foot_position_max + config.foot_rotation_max * reach;
+        let underside = |foot| Underside::new(model, foot, shift_max);
         Ok(Self {
             targets: world.shapes.iter().map(target).collect::<Result<_, _>>()?,
-            undersides,
-            shift_max: config.foot_position_max + config.foot_rotation_max * reach,
+            undersides: model.feet.iter().map(underside).collect::<Result<_, _>>()?,
+            shift_max,
             tilt_cos_min: libm::cos(config.contact_tilt_max),
             slope_cos_min: 1.0 / (1.0 + world.mu * world.mu).sqrt() - 1e-9,
             cache: BTreeMap::new(),
@@ -173,26 +151,40 @@ impl SupportFinder {
             grid.around(samples.iter().map(|(sample, _)| sample.point.at))
         };
         let (even, indices) = (around(&in_plane), around(&others));
-        let fine = indices.iter().map(|&index| sample(grid.point(index))).collect();
-        self.widen(grid, [&even, &indices], [fine, coarse].concat())
+        let fine: Vec<RaySample> = indices.iter().map(|&index| sample(grid.point(index))).collect();
+        let crests = crests(grid, &indices, &fine, sample);
+        let ground = |index: usize| (index, sample(grid.point(index)).air);
+        // A line that ends at the sole's outline must not seem to be higher there.
+        let round = fine.iter().filter(|sample| sample.is_round).map(|sample| sample.point.at);
+        let beside: Vec<(usize, f64)> = grid.beside(round).into_iter().map(ground).collect();
+        let widened = self.widen(grid, [&even, &indices], &beside, [fine, coarse].concat());
+        [widened, crests].concat()
     }
 
     /// Measures the most air near each sample. The first samples are those of the grid points
-    /// `indices`; the grid points `even` lie in the plane of a sample, which knows its slope. A
+    /// `indices`; the grid points `even` lie in the plane of a sample, which knows its slope. The
+    /// air `beside` the sole, where the foot may come to stand, is given by index and in metres. A
     /// sample also carries if one as near does: the foot touches a peak from its gentle side.
     fn widen(
         &self,
         grid: &FineGrid,
         [even, indices]: [&[usize]; 2],
+        beside: &[(usize, f64)],
         mut samples: Vec<RaySample>,
     ) -> Vec<RaySample> {
-        let mut measured = vec![(f64::INFINITY, false); grid.len()];
+        let unmeasured =
+            |index| if grid.is_beside(index) { f64::NEG_INFINITY } else { f64::INFINITY };
+        let mut measured: Vec<(f64, bool)> =
+            (0..grid.len()).map(|index| (unmeasured(index), false)).collect();
         even.iter().for_each(|&index| measured[index].0 = f64::NEG_INFINITY);
+        beside.iter().for_each(|&(index, air)| measured[index].0 = air);
         indices.iter().zip(&samples).for_each(|(&index, sample)| {
             measured[index] = (sample.air, sample.is_carrying);
         });
         for sample in &mut samples {
-            for index in grid.within(sample.point.at, self.shift_max) {
+            // On a curved surface as much as on the crests' samples, which lie beside the grid.
+            let on_grid = sample.is_round.then(|| grid.within(grid.nearest(sample.point.at)));
+            for index in grid.within(sample.point.at).chain(on_grid.into_iter().flatten()) {
                 let (air, is_carrying) = measured[index];
                 sample.most_air = sample.most_air.max(air);
                 sample.is_carrying |= is_carrying && sample.air.is_finite();
@@ -223,6 +215,7 @@ impl SupportFinder {
             normal: up,
             gradient,
             is_carrying: false,
+            is_round: false,
         };
         for target in targets {
             match target.cast(origin, -up) {
@@ -230,7 +223,8 @@ impl SupportFinder {
                 Hit::Surface { distance, normal }
                     if distance <= 2.0 * RAY_START && distance - RAY_START < sample.air =>
                 {
-                    sample = RaySample { air: distance - RAY_START, normal, ..sample };
+                    let (air, is_round) = (distance - RAY_START, target.is_round());
+                    sample = RaySample { air, normal, is_round, ..sample };
                 }
                 _ => {}
             }
@@ -305,6 +299,8 @@ fn nearest_carrying(samples: &[RaySample], at: DVec2) -> Option<&RaySample> {
     carrying.min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }
 
+mod crests;
+mod ray_sample;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

@@ -40,11 +40,13 @@ pub(crate) struct Underside {
     /// The share of the sole that lies on the foot; the rest carries nothing.
     pub(crate) share_on_foot: f64,
     shapes: Vec<Target>,
+    /// How far from the sole the ground is measured, m.
+    reach: f64,
     fine: OnceCell<FineGrid>,
     neighbours: OnceCell<Vec<Vec<usize>>>,
 }
 
-/// A grid of points over a sole, x by x.
+/// A grid of points over a sole and around it, x by x.
 pub(crate) struct FineGrid {
     low: DVec2,
     width: usize,
@@ -52,14 +54,18 @@ pub(crate) struct FineGrid {
     /// Height of the foot's underside over the sole plane, m; infinite where the foot is not, NaN
     /// outside the sole.
     heights: Vec<f64>,
+    /// Whether a point lies beside the sole, where the foot may come to stand.
+    is_beside: Vec<bool>,
+    /// How far the foot may be beside its pose, m.
+    reach: f64,
 }
 
 impl Underside {
-    /// Measures a foot from below.
+    /// Measures a foot from below that may be beside its pose by `reach` (m).
     ///
     /// # Errors
     /// A shape of the foot has no form for ray casts.
-    pub(crate) fn new(model: &RobotModel, foot: &Foot) -> Result<Self, String> {
+    pub(crate) fn new(model: &RobotModel, foot: &Foot, reach: f64) -> Result<Self, String> {
         let sole_from_link = foot.link_from_sole.inverse();
         let link = &model.links[foot.link];
         let shapes: Vec<Target> = link
@@ -77,7 +83,7 @@ impl Underside {
         coarse.retain(is_foot);
         let edges = edge_points(&outline).into_iter().map(point).filter(is_foot).collect();
         let (fine, neighbours) = (OnceCell::new(), OnceCell::new());
-        Ok(Self { outline, coarse, edges, share_on_foot, shapes, fine, neighbours })
+        Ok(Self { outline, coarse, edges, share_on_foot, shapes, reach, fine, neighbours })
     }
 
     /// The greatest distance by which the foot reaches below its sole, m; not above 0 where it does
@@ -89,7 +95,7 @@ impl Underside {
 
     /// A fine grid over the sole, measured when it is first used.
     pub(crate) fn fine(&self) -> &FineGrid {
-        self.fine.get_or_init(|| FineGrid::new(&self.outline, &self.shapes))
+        self.fine.get_or_init(|| FineGrid::new(&self.outline, &self.shapes, self.reach))
     }
 
     /// The points within [`NEIGHBOUR_DISTANCE`] of each point, as indices into the grid and the
@@ -107,20 +113,21 @@ impl Underside {
 }
 
 impl FineGrid {
-    fn new(outline: &[DVec2], shapes: &[Target]) -> Self {
+    fn new(outline: &[DVec2], shapes: &[Target], reach: f64) -> Self {
         let (low, high) = extent(outline);
-        let count = ((high - low) / FINE_SAMPLE_SPACING).ceil() + 1.0;
+        let beside = reach + FINE_SAMPLE_SPACING;
+        let around = DVec2::splat(FINE_SAMPLE_SPACING * (beside / FINE_SAMPLE_SPACING).ceil());
+        let count = ((high - low + 2.0 * around) / FINE_SAMPLE_SPACING).ceil() + 1.0;
         let (width, height) = (count.x as usize, count.y as usize);
-        let mut grid = Self { low, width, height, heights: Vec::new() };
-        let measured = (0..width * height).map(|index| grid.at(index)).map(|at| {
-            if polygon::margin(outline, at) >= EDGE_INSET {
-                height_over(shapes, at)
-            } else {
-                f64::NAN
-            }
-        });
-        let heights = measured.collect();
-        grid.heights = heights;
+        let (heights, is_beside) = (Vec::new(), Vec::new());
+        let mut grid = Self { low: low - around, width, height, heights, is_beside, reach };
+        for index in 0..width * height {
+            let at = grid.at(index);
+            let depth = polygon::margin(outline, at);
+            let is_on_sole = depth >= EDGE_INSET;
+            grid.heights.push(if is_on_sole { height_over(shapes, at) } else { f64::NAN });
+            grid.is_beside.push(!is_on_sole && depth >= -beside);
+        }
         grid
     }
 
@@ -136,6 +143,17 @@ impl FineGrid {
     fn cell(&self, at: DVec2) -> (usize, usize) {
         let cell = ((at - self.low) / FINE_SAMPLE_SPACING).round().max(DVec2::ZERO);
         ((cell.x as usize).min(self.width - 1), (cell.y as usize).min(self.height - 1))
+    }
+
+    /// Whether a point lies beside the sole, where the foot may come to stand.
+    pub(crate) fn is_beside(&self, index: usize) -> bool {
+        self.is_beside[index]
+    }
+
+    /// The grid point nearest to a position.
+    pub(crate) fn nearest(&self, at: DVec2) -> DVec2 {
+        let (x, y) = self.cell(at);
+        self.place(x, y)
     }
 
     /// The number of grid points.
@@ -158,18 +176,49 @@ impl FineGrid {
         (0..self.heights.len()).filter(is_foot).collect()
     }
 
-    /// The point with this index.
+    /// The point with this index; beside the sole at the height of the sole plane.
     pub(crate) fn point(&self, index: usize) -> SolePoint {
-        SolePoint { at: self.at(index), height: self.heights[index] }
+        let height = if self.is_beside[index] { 0.0 } else { self.heights[index] };
+        SolePoint { at: self.at(index), height }
     }
 
-    /// The indices of all points of the foot within `radius` (m) of a position.
-    pub(crate) fn within(&self, at: DVec2, radius: f64) -> impl Iterator<Item = usize> + '_ {
+    /// The indices of all points beside the sole near which one of `places` may come to lie, in
+    /// order.
+    pub(crate) fn beside(&self, places: impl Iterator<Item = DVec2>) -> Vec<usize> {
+        let mut is_wanted = vec![false; self.heights.len()];
+        let radius = self.reach + FINE_SAMPLE_SPACING;
+        let near = places.flat_map(|at| self.near(at, radius));
+        near.for_each(|index| is_wanted[index] = self.is_beside[index]);
+        (0..self.heights.len()).filter(|&index| is_wanted[index]).collect()
+    }
+
+    /// The indices of all points of the foot and beside its sole where a position of the foot may
+    /// come to lie.
+    pub(crate) fn within(&self, at: DVec2) -> impl Iterator<Item = usize> + '_ {
+        self.near(at, self.reach)
+    }
+
+    fn near(&self, at: DVec2, radius: f64) -> impl Iterator<Item = usize> + '_ {
         let (first, last) = (self.cell(at - radius), self.cell(at + radius));
         let cells = (first.0..=last.0).flat_map(move |x| (first.1..=last.1).map(move |y| (x, y)));
         let is_near = move |(x, y): &(usize, usize)| self.place(*x, *y).distance(at) <= radius;
         let indices = cells.filter(is_near).map(|(x, y)| x * self.height + y);
-        indices.filter(|&index| self.heights[index].is_finite())
+        indices.filter(|&index| self.heights[index].is_finite() || self.is_beside[index])
+    }
+
+    /// The corners of the hull of the points near a grid point, as ways from it.
+    pub(crate) fn outermost_offsets(&self) -> Vec<DVec2> {
+        let cells = (self.reach / FINE_SAMPLE_SPACING).floor() as i32;
+        let offsets = (-cells..=cells).flat_map(|x| (-cells..=cells).map(move |y| (x, y)));
+        let offsets = offsets.map(|(x, y)| FINE_SAMPLE_SPACING * DVec2::new(x.into(), y.into()));
+        polygon::hull(&offsets.filter(|way| way.length() <= self.reach).collect::<Vec<_>>())
+    }
+
+    /// The indices of the grid points after this one along x and y, if they are on the grid.
+    pub(crate) fn next(&self, index: usize) -> impl Iterator<Item = usize> {
+        let along_y = (index % self.height + 1 < self.height).then_some(index + 1);
+        let along_x = index + self.height;
+        [Some(along_x).filter(|next| *next < self.heights.len()), along_y].into_iter().flatten()
     }
 }
 

@@ -16,11 +16,29 @@ pub(crate) struct Face {
     /// Number of vertices, at most
     /// [`FACE_VERTICES_MAX`](crate::geometry::polygon::FACE_VERTICES_MAX).
     pub count: u32,
-    /// Whether it belongs to a mesh, so that other faces may continue it in its plane.
-    pub of_mesh: bool,
+    /// What it is a piece of.
+    pub kind: FaceKind,
+}
+
+/// What a face is a piece of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FaceKind {
+    /// A flat side of a solid, or a part of it.
+    Solid,
+    /// A mesh: other faces may continue it in its plane.
+    Mesh,
+    /// The side of a cylinder: it lies inside the curved surface, which is the ground there.
+    CylinderSide,
+    /// The end of a cylinder.
+    CylinderCap,
 }
 
 impl Face {
+    /// Whether it belongs to a mesh.
+    pub fn of_mesh(&self) -> bool {
+        self.kind == FaceKind::Mesh
+    }
+
     /// The height of the face's plane at a place seen from above, m.
     pub fn height_at(&self, at: DVec2) -> f64 {
         (self.offset - self.normal.x * at.x - self.normal.y * at.y) / self.normal.z.max(1e-6)

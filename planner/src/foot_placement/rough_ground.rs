@@ -37,7 +37,7 @@ pub(crate) fn is_rough(proposal: &Proposal<'_, '_>) -> bool {
     let surfaces = proposal.surfaces;
     let sole_area = proposal.query.sole_area();
     let mesh_face = |&(_, id): &(f64, u32)| match surfaces.element(id) {
-        Element::Face(face, vertices) if face.of_mesh => Some((face, vertices)),
+        Element::Face(face, vertices) if face.of_mesh() => Some((face, vertices)),
         Element::Face(..) | Element::Curved(_) => None,
     };
     let features = &proposal.scratch.features;

@@ -36,11 +36,13 @@ pub(crate) struct Contacts {
     pub spare: Vec<DVec2>,
     /// The ground at and near these points, in the sole frame, m.
     pub ground: Bounded<GroundPoint>,
-    /// Whether some contact belongs to a mesh or a curved surface: where the ground ends there only
-    /// the whole support shows.
+    /// Whether some contact belongs to a mesh: where the ground ends there only the whole support
+    /// shows.
     pub has_open_edges: bool,
-    /// How much lower a foot beside its place may find the line of a curved surface, m.
-    pub line_drop: f64,
+    /// Whether some contact belongs to a face.
+    pub has_face: bool,
+    /// Whether some contact belongs to a curved surface.
+    pub has_line: bool,
     /// Whether a part of a mesh that carries is inclined against the sole.
     pub is_uneven: bool,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
@@ -81,7 +83,8 @@ impl Scratch {
                 spare: Vec::with_capacity(config.contact_points_max + 8),
                 ground: Bounded::new(config.ground_points_max),
                 has_open_edges: false,
-                line_drop: 0.0,
+                has_face: false,
+                has_line: false,
                 is_uneven: false,
                 intrusion: None,
             },

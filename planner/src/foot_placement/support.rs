@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
-use crate::foot_placement::elements::{CurvedSurface, Element, Face, SurfaceEnds};
+use crate::foot_placement::elements::{CurvedSurface, Element, Face, FaceKind, SurfaceEnds};
 use crate::foot_placement::posed_sole::{PosedSole, SupportRequirement, is_sole};
 use crate::foot_placement::scratch::{Contacts, Scratch};
 use crate::foot_placement::sole_support::{NoSupport, Support};
@@ -29,9 +29,6 @@ const EVEN_INCLINE_MAX: f64 = 1e-3;
 /// Incline against the sole up to which a face that does not carry is ground that a foot beside its
 /// place finds lower. A steeper one is a step, from whose edge the support keeps away.
 const SLOPE_MAX: f64 = 0.3;
-/// Length (m) over which a foot on a curved surface tilts where it finds one end of the line lower.
-/// With it, a checker that samples the ground finds no less (`tests/support_agreement.rs`).
-const LINE_LENGTH: f64 = 0.08;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
@@ -120,8 +117,9 @@ impl Surfaces {
         scratch.contacts.points.clear();
         scratch.contacts.ground.clear();
         scratch.contacts.has_open_edges = false;
+        scratch.contacts.has_face = false;
+        scratch.contacts.has_line = false;
         scratch.contacts.is_uneven = false;
-        scratch.contacts.line_drop = 0.0;
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
         let (region, plate) =
@@ -166,10 +164,15 @@ impl Surfaces {
             return;
         }
         clip_to_sides(buffer, &sole.sides, 0.0);
-        if !is_level && may_tip {
+        let incline = incline(alignment);
+        let is_ground = match face.kind {
+            FaceKind::Solid | FaceKind::Mesh => true,
+            FaceKind::CylinderSide => false,
+            FaceKind::CylinderCap => incline <= SLOPE_MAX,
+        };
+        if !is_level && may_tip && is_ground {
             // Surfaces above the plate are no ground; those that pass through it obstruct.
             let near = |point: &&DVec3| (-tolerance..=self.config.plate_height).contains(&point.z);
-            let incline = incline(alignment);
             let drop = if incline <= SLOPE_MAX { self.config.foot_shift * incline } else { 0.0 };
             for &at in scratch.clip.polygon.iter().filter(near) {
                 scratch.contacts.ground.push(GroundPoint { at, drop, is_carrying: false });
@@ -191,16 +194,16 @@ impl Surfaces {
         if alignment >= self.carrying_cos && (sole.is_braced || self.is_flat_enough(face.normal)) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-            if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
+            if !face.of_mesh() && width(&buffer.polygon) < self.config.contact_width_min {
                 return;
             }
-            let incline = incline(alignment);
             scratch.contacts.add_ground(&buffer.polygon, self.config.foot_shift * incline);
-            if self.config.is_secured && !face.of_mesh {
+            if self.config.is_secured && !face.of_mesh() {
                 self.keep_from_edges(buffer, sole, vertices);
             }
-            scratch.contacts.has_open_edges |= face.of_mesh;
-            scratch.contacts.is_uneven |= face.of_mesh && incline > EVEN_INCLINE_MAX;
+            scratch.contacts.has_open_edges |= face.of_mesh();
+            scratch.contacts.has_face |= !scratch.clip.polygon.is_empty();
+            scratch.contacts.is_uneven |= face.of_mesh() && incline > EVEN_INCLINE_MAX;
             scratch.contacts.add_all(&scratch.clip.polygon);
         }
     }
@@ -232,6 +235,8 @@ impl Surfaces {
         if a.z.max(b.z) + curved.radius < -tolerance {
             return;
         }
+        // A foot beside its place stands beside the line.
+        let drop = 0.5 * self.config.foot_shift.powi(2) / curved.radius;
         if curved.ends == SurfaceEnds::Spherical {
             if let Some(point) = self.intrusion_of_curved(sole, curved, a, b) {
                 findings.intrude(point);
@@ -242,7 +247,7 @@ impl Surfaces {
                     && inner_distance(sole.outline, point.truncate()) >= 0.0
                 {
                     scratch.contacts.add(point.truncate());
-                    scratch.contacts.add_ground(&[point], 0.0);
+                    scratch.contacts.add_ground(&[point], drop);
                 }
             }
         }
@@ -257,39 +262,23 @@ impl Surfaces {
         clip_to_sides(buffer, &sole.sides, 0.0);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-        scratch.contacts.add_ground(&buffer.polygon, 0.0);
+        scratch.contacts.add_ground(&buffer.polygon, drop);
         if self.config.is_secured {
-            self.shorten(&mut buffer.polygon, (b - a).normalize_or_zero(), curved.radius);
-            clip_to_sides(buffer, &sole.sides, self.edge_inset());
+            self.keep_from_ends(buffer, [a, b]);
+            // Samples on both sides of a line find it.
+            clip_to_sides(buffer, &sole.sides, SAMPLE_SPACING);
         }
-        if !buffer.polygon.is_empty() {
-            let drop = 0.5 * self.config.foot_shift.powi(2) / curved.radius;
-            scratch.contacts.line_drop = scratch.contacts.line_drop.max(drop);
-            scratch.contacts.has_open_edges = true;
-        }
+        scratch.contacts.has_line |= !scratch.clip.polygon.is_empty();
         scratch.contacts.add_all(&scratch.clip.polygon);
     }
 
-    /// Shortens the line on which a sole touches a curved surface, at both ends. `along` is its
-    /// direction. Nothing is left of a line that is too short.
-    ///
-    /// Between samples, a foot that lands beside the line finds it lower by `drop`. It stands on
-    /// the end of the line with a tilt of `drop / l`, which costs as much as the way `l` back from
-    /// there where `l` is the root of the height of the centre of mass times `drop`.
-    fn shorten(&self, line: &mut Vec<DVec3>, along: DVec3, radius: f64) {
-        let ends = line.iter().map(|point| along.dot(*point));
-        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| {
-            (low.min(at), high.max(at))
-        });
-        let drop = self.config.foot_shift * 0.5 * SAMPLE_SPACING / radius;
-        // The whole support keeps from the line's ends by as much as from edges.
-        let loss = (libm::sqrt(self.config.centre_height * drop) - self.edge_inset()).max(0.0);
-        let first = line.first().copied().filter(|_| high - low > 2.0 * loss);
-        line.clear();
-        if let Some(first) = first {
-            let at = |place: f64| first + along * (place - along.dot(first));
-            line.extend([at(low + loss), at(high - loss)]);
-        }
+    /// Clips the line on which a sole touches a curved surface with this axis (sole frame) to the
+    /// part far enough from the surface's ends.
+    fn keep_from_ends(&self, buffer: &mut ClipBuffer, [a, b]: [DVec3; 2]) {
+        let along = (b - a).normalize_or_zero();
+        let (first, last) = (along.dot(a) + self.edge_inset(), along.dot(b) - self.edge_inset());
+        clip(&mut buffer.polygon, &mut buffer.spare, |p| along.dot(p) - first);
+        clip(&mut buffer.polygon, &mut buffer.spare, |p| last - along.dot(p));
     }
 
     /// The highest point of a capsule or ball with the axis `a b` (sole frame) within the plate
@@ -328,9 +317,10 @@ impl Surfaces {
         outline: &[DVec2],
         area_min: f64,
     ) -> Result<Support, NoSupport> {
-        let line_drop = scratch.contacts.line_drop;
-        let Contacts { points, hull, spare, ground, has_open_edges, is_uneven, .. } =
-            &mut scratch.contacts;
+        let contacts = &mut scratch.contacts;
+        // A foot beside its place finds the lines lower, and the faces where they were.
+        let has_open_edges = contacts.has_open_edges || contacts.has_face && contacts.has_line;
+        let Contacts { points, hull, spare, ground, is_uneven, .. } = contacts;
         if ground.is_full() {
             return Err(NoSupport::TooManyElements);
         }
@@ -338,10 +328,9 @@ impl Surfaces {
         simplify(hull, POLYGON_VERTICES_MAX);
         clip_to_held(hull, spare, ground, self.config.centre_height);
         simplify(hull, POLYGON_VERTICES_MAX);
-        if self.config.is_secured && *has_open_edges {
+        if self.config.is_secured && has_open_edges {
             let outline = (!*is_uneven).then_some(outline);
-            let inset = self.edge_inset() + self.config.centre_height * line_drop / LINE_LENGTH;
-            keep_from_ground_edges(hull, spare, outline, inset);
+            keep_from_ground_edges(hull, spare, outline, self.edge_inset());
         }
         let (area, centroid) = area_and_centroid(hull);
         if area < area_min {

@@ -7,7 +7,7 @@ use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
-use crate::foot_placement::elements::{CurvedSurface, Face, SurfaceEnds};
+use crate::foot_placement::elements::{CurvedSurface, Face, FaceKind, SurfaceEnds};
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::tuning::{CYLINDER_SAGITTA, CYLINDER_SIDES_MAX};
 use crate::geometry::coplanar_faces::merge_coplanar;
@@ -58,10 +58,10 @@ impl WorldElements {
                 };
                 let (vertices, triangles) = try_convex_hull(points)
                     .map_err(|_| error("its points span no volume; give at least four that do"))?;
-                self.add_triangles(&pose, &vertices, &triangles, false);
+                self.add_triangles(&pose, &vertices, &triangles, FaceKind::Solid);
             }
             Shape::Mesh { vertices, triangles, .. } => {
-                self.add_triangles(&pose, vertices, triangles, true)
+                self.add_triangles(&pose, vertices, triangles, FaceKind::Mesh)
             }
         }
         Ok(())
@@ -79,7 +79,7 @@ impl WorldElements {
                 let corner = |a: f64, b: f64| *pose * ((normal + a * u + b * v) * half);
                 self.add_face(
                     &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
-                    false,
+                    FaceKind::Solid,
                 );
             }
         }
@@ -107,15 +107,15 @@ impl WorldElements {
                     rim(i + 1, sides, high),
                     rim(i, sides, high),
                 ],
-                false,
+                FaceKind::CylinderSide,
             );
         }
         let cap_sides = sides.min(FACE_VERTICES_MAX);
         let top: Vec<DVec3> = (0..cap_sides).map(|i| rim(i, cap_sides, half_length)).collect();
         let bottom: Vec<DVec3> =
             (0..cap_sides).rev().map(|i| rim(i, cap_sides, -half_length)).collect();
-        self.add_face(&top, false);
-        self.add_face(&bottom, false);
+        self.add_face(&top, FaceKind::CylinderCap);
+        self.add_face(&bottom, FaceKind::CylinderCap);
     }
 
     fn add_triangles(
@@ -123,19 +123,19 @@ impl WorldElements {
         pose: &Pose,
         vertices: &[DVec3],
         triangles: &[[u32; 3]],
-        of_mesh: bool,
+        kind: FaceKind,
     ) {
         let points: Vec<DVec3> = vertices.iter().map(|&v| *pose * v).collect();
         let mut corners = Vec::new();
         merge_coplanar(&points, triangles, |face| {
             corners.clear();
             corners.extend(face.iter().map(|&i| points[i as usize]));
-            self.add_face(&corners, of_mesh);
+            self.add_face(&corners, kind);
         });
     }
 
     /// Adds a convex polygon. A polygon without area is left out.
-    fn add_face(&mut self, corners: &[DVec3], of_mesh: bool) {
+    fn add_face(&mut self, corners: &[DVec3], kind: FaceKind) {
         let Some(normal) = spanned(corners).try_normalize() else { return };
         let offset = corners.iter().map(|&p| normal.dot(p)).sum::<f64>() / corners.len() as f64;
         self.faces.push(Face {
@@ -143,7 +143,7 @@ impl WorldElements {
             offset,
             first: self.vertices.len() as u32,
             count: corners.len() as u32,
-            of_mesh,
+            kind,
         });
         self.vertices.extend_from_slice(corners);
     }

@@ -229,6 +229,7 @@ fn the_most_air_is_that_of_all_places_that_the_foot_may_miss() {
         let coarse = underside.coarse.len() + underside.edges.len();
         assert!(samples.len() > coarse, "{} {coarse}", samples.len());
         let grid = underside.fine();
+        let on_sole = |index: &usize| !grid.is_beside(*index);
         let all: Vec<RaySample> =
             (0..grid.len()).map(|index| direct(grid.point(index).at)).collect();
         for sample in &samples {
@@ -236,7 +237,7 @@ fn the_most_air_is_that_of_all_places_that_the_foot_may_miss() {
             assert_eq!(sample.air, here.air);
             // Whatever lies in its place and may be missed is known, or the sample lies in a plane.
             let near: Vec<&RaySample> =
-                grid.within(sample.point.at, shift_max()).map(|index| &all[index]).collect();
+                grid.within(sample.point.at).filter(on_sole).map(|index| &all[index]).collect();
             let most = near.iter().map(|other| other.air).fold(sample.air, f64::max);
             assert!(sample.most_air >= most - 1e-5, "{} {most}", sample.most_air);
             if sample.most_air.is_finite() {
@@ -297,6 +298,7 @@ fn samples_lie_in_a_plane_if_their_air_grows_as_it_does() {
         normal: DVec3::Z,
         gradient: DVec2::new(0.1, -0.2),
         is_carrying: true,
+        is_round: false,
     };
     let beside = |air: f64| {
         let point = SolePoint { at: DVec2::new(0.015, 0.022), ..sample.point };
@@ -415,6 +417,7 @@ fn samples_with(more: &[(f64, f64, DVec2)], is_carrying: bool) -> Vec<RaySample>
         normal: DVec3::Z,
         gradient: DVec2::ZERO,
         is_carrying,
+        is_round: false,
     };
     let grid = (-20..=20).flat_map(|x| (-10..=10).map(move |y| (x, y)));
     let even = grid.map(|(x, y)| DVec2::new(5e-3 * f64::from(x), 5e-3 * f64::from(y)));
@@ -443,4 +446,68 @@ fn a_sole_holds_where_it_touches_and_where_it_misses() {
     let missing = raised(2e-3, f64::INFINITY);
     assert!((area(samples_with(&missing, true)) - 0.02).abs() < 1e-9);
     assert_eq!(area(Vec::new()), 0.0);
+}
+
+/// Two bars of this radius, turned by `heading`, whose top lines pass through these places.
+fn bars(radius: f64, heading: f64, places: [DVec2; 2]) -> World {
+    let along = turned(DVec3::Z, heading) * turned(DVec3::X, std::f64::consts::FRAC_PI_2);
+    let bar = |at: DVec2| {
+        (Pose::from_parts(at.extend(-radius), along), Shape::Cylinder { radius, half_length: 0.5 })
+    };
+    only(places.map(bar).to_vec())
+}
+
+#[test]
+fn on_bars_all_lies_between_the_lines_that_a_foot_touches() {
+    let mut random = randoms(5);
+    let sole = robot().feet[0].polygon.clone();
+    for _ in 0..40 {
+        let (radius, heading) = (random(0.005, 0.06), random(-0.5, 0.5));
+        let places = [random(-0.095, -0.04), random(0.04, 0.095)].map(|x| DVec2::new(x, 0.0));
+        let found = finder(&bars(radius, heading, places)).find(&contact_at(&Pose::IDENTITY), 1.0);
+        let across = DVec2::from_angle(heading);
+        // The ends of the lines on the sole less a rim.
+        let ends = |rim: f64| {
+            let inner: Vec<DVec2> = sole.iter().map(|at| *at - rim * at.signum()).collect();
+            let of_line = |place: DVec2| {
+                let place = place.dot(across);
+                let part = polygon::clip(&inner, across, place);
+                let is_on_line = move |at: &DVec2| (at.dot(across) - place).abs() < 1e-9;
+                part.into_iter().filter(is_on_line).collect::<Vec<_>>()
+            };
+            places.into_iter().flat_map(of_line).collect::<Vec<_>>()
+        };
+        let lines = polygon::hull(&ends(0.0));
+        let corners = found.points.iter().map(|point| point.position.truncate());
+        let beyond = corners.clone().map(|at| -polygon::margin(&lines, at)).fold(0.0, f64::max);
+        // The edge of the sole carries beside the end of a line, with a tilt.
+        assert!(beyond < 4e-3, "{radius} {heading}: {beyond}");
+        let region = polygon::hull(&corners.collect::<Vec<_>>());
+        let missed =
+            ends(1.1e-3).iter().map(|at| -polygon::margin(&region, *at)).fold(0.0, f64::max);
+        assert!(missed < 2e-4, "{radius} {heading} {places:?}: {missed}");
+    }
+}
+
+#[test]
+fn the_most_air_on_a_crest_is_the_same_all_along_and_that_of_the_ground_beside_the_sole() {
+    for (radius, heading) in [(0.01, 0.1), (0.02, -0.3), (0.05, 0.0)] {
+        let finder = finder(&bars(radius, heading, [-0.0985, 0.03].map(|x| DVec2::new(x, 0.0))));
+        let samples = finder.ray_samples(&finder.undersides[0], &Pose::IDENTITY);
+        let most = |samples: &[&RaySample]| {
+            let all = samples.iter().map(|sample| sample.most_air);
+            [all.clone().fold(f64::INFINITY, f64::min), all.fold(0.0, f64::max)]
+        };
+        let is_crest = |sample: &&RaySample| {
+            sample.is_round && sample.air < 1e-12 && sample.most_air.is_finite()
+        };
+        let [least, greatest] = most(&samples.iter().filter(is_crest).collect::<Vec<_>>());
+        assert!(greatest - least < 1e-9, "{radius} {heading}: {least} {greatest}");
+        // Between 2 and 2.5 mm beside the crest.
+        let [low, high] = [2e-3, shift_max()].map(|aside| 0.5 * aside * aside / radius);
+        assert!(least > low && greatest < high * 1.1, "{low} {least} {high}");
+        // No other sample has less.
+        let [least_of_all, _] = most(&samples.iter().collect::<Vec<_>>());
+        assert!(least_of_all > least - 1e-9, "{radius} {heading}: {least_of_all} {least}");
+    }
 }

@@ -3,6 +3,9 @@ use crate::check_robot::{at, randoms, robot};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::robot::model::LinkShape;
 
+/// How far the foot may be beside its pose, m.
+const REACH: f64 = 2.6e-3;
+
 /// The left foot of the robot with these boxes as its shapes, in the frame of the sole: middle and
 /// half of each side.
 fn foot_of(boxes: &[(DVec3, DVec3)]) -> RobotModel {
@@ -23,7 +26,7 @@ fn block(height: f64) -> (DVec3, DVec3) {
 }
 
 fn underside(model: &RobotModel) -> Underside {
-    Underside::new(model, &model.feet[0]).unwrap()
+    Underside::new(model, &model.feet[0], REACH).unwrap()
 }
 
 /// A sole with eight unequal sides.
@@ -170,8 +173,13 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
     for index in 0..grid.len() {
         let SolePoint { at, height } = grid.point(index);
         assert_eq!(grid.cell(at), (index / grid.height, index % grid.height));
+        assert_eq!(grid.nearest(at + DVec2::new(3e-4, -4e-4)), at);
+        let depth = polygon::margin(&sole, at);
+        let is_beside = (-REACH - FINE_SAMPLE_SPACING..EDGE_INSET).contains(&depth);
+        assert_eq!(grid.is_beside(index), is_beside);
         let expected = match at.x {
-            _ if polygon::margin(&sole, at) < EDGE_INSET => f64::NAN,
+            _ if is_beside => 0.0,
+            _ if depth < EDGE_INSET => f64::NAN,
             x if (-0.11..=-0.01).contains(&x) => 0.0,
             x if (0.01..=0.11).contains(&x) => 0.005,
             _ => f64::INFINITY,
@@ -185,20 +193,36 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
             "{at}: {height} {expected}"
         );
     }
-    let count = (0..grid.len()).filter(|&index| !grid.point(index).height.is_nan()).count();
+    let is_on_sole = |index: &usize| polygon::margin(&sole, grid.point(*index).at) >= EDGE_INSET;
+    let count = (0..grid.len()).filter(is_on_sole).count();
     let expected = polygon::area(&sole) / (FINE_SAMPLE_SPACING * FINE_SAMPLE_SPACING);
     assert!((count as f64 / expected - 1.0).abs() < 0.02, "{count} {expected}");
 
-    let is_foot = |index: &usize| grid.point(*index).height.is_finite();
+    let is_there = |index: &usize| grid.point(*index).height.is_finite();
     let mut random = randoms(3);
     for _ in 0..200 {
         let at = DVec2::new(random(-0.13, 0.13), random(-0.08, 0.08));
-        let radius = random(0.0, 0.01);
-        let found: Vec<usize> = grid.within(at, radius).collect();
-        let is_near = |index: &usize| grid.point(*index).at.distance(at) <= radius;
-        let expected: Vec<usize> = (0..grid.len()).filter(is_foot).filter(is_near).collect();
-        assert_eq!(found, expected, "{at} {radius}");
+        let near = |radius: f64| {
+            let is_near = move |index: &usize| grid.point(*index).at.distance(at) <= radius;
+            (0..grid.len()).filter(is_there).filter(is_near)
+        };
+        assert!(grid.within(at).eq(near(REACH)), "{at}");
+        let beside = near(REACH + FINE_SAMPLE_SPACING).filter(|&index| grid.is_beside(index));
+        assert!(grid.beside([at].into_iter()).into_iter().eq(beside), "{at}");
     }
+    // Of the points as near as 2.6 mm those at (2, 1), (1, 2) and so on are the outermost.
+    let offsets = grid.outermost_offsets();
+    assert_eq!(offsets.len(), 8);
+    assert!(offsets.iter().all(|way| (way.length() - 5f64.sqrt() * 1e-3).abs() < 1e-12));
+    for index in 0..grid.len() {
+        let at = grid.point(index).at;
+        let ways: Vec<DVec2> = grid.next(index).map(|next| grid.point(next).at - at).collect();
+        let is_step = |way: &DVec2| {
+            [DVec2::X, DVec2::Y].iter().any(|axis| (*way - 1e-3 * axis).length() < 1e-12)
+        };
+        assert!(ways.len() <= 2 && ways.iter().all(is_step), "{ways:?}");
+    }
+    let is_foot = |index: &usize| is_there(index) && is_on_sole(index);
     // Half a coarse cell to each side, to the nearest point of the grid.
     let at = [DVec2::new(-0.0512, 0.0108), DVec2::new(0.0503, -0.0204), DVec2::new(0.0, 0.0)];
     let found = grid.around(at.into_iter());
@@ -225,7 +249,7 @@ fn a_sole_lies_on_the_surface_of_its_foot() {
     let check = |model: &RobotModel| {
         let bodies = CollisionBody::of_robot(model).unwrap();
         let undersides: Vec<Underside> =
-            model.feet.iter().map(|foot| Underside::new(model, foot).unwrap()).collect();
+            model.feet.iter().map(|foot| Underside::new(model, foot, REACH).unwrap()).collect();
         check_soles(model, &bodies, &undersides, TOLERANCE)
     };
     let off = |millimetres: u64| CheckerError::SoleOffFoot { foot: "left".into(), millimetres };
