@@ -21,11 +21,8 @@ const RATE_PARTS: usize = 4;
 /// between two waypoints from a straight line, up to which the middle between them is checked
 /// alone. The first one moves the zero-moment point by 1 cm.
 const EVEN_MAX: [f64; 2] = [0.1, 1.5];
-/// The parts into which the curve between two waypoints is divided, and the distances, in units of
-/// `EVEN_MAX`, up to which they are enough: within a part they fall with the square of its length.
-const PARTS: [(usize, f64); 2] = [(2, 1.0), (4, 4.0)];
-/// The parts where more are needed.
-const PARTS_MAX: usize = 8;
+/// The parts into which the curve between other waypoints is divided.
+const PARTS_WHERE_UNEVEN: usize = 8;
 
 /// Compares a motion with the limits. Spans that are unchanged since they were within the limits
 /// are not compared again.
@@ -141,9 +138,7 @@ impl ProfileCheck<'_> {
         on: (usize, &SpanContacts<'_>),
         [here, next]: [&Waypoint; 2],
     ) -> bool {
-        let unevenness = unevenness(here, next);
-        let enough = PARTS.into_iter().find(|(_, up_to)| unevenness <= *up_to);
-        let parts = enough.map_or(PARTS_MAX, |(parts, _)| parts);
+        let parts = if is_even(here, next) { 2 } else { PARTS_WHERE_UNEVEN };
         let mut is_within = true;
         for part in 1..parts {
             let time = here.time + (next.time - here.time) * part as f64 / parts as f64;
@@ -184,17 +179,15 @@ impl ProfileCheck<'_> {
     }
 }
 
-/// The largest distance of an acceleration between two waypoints from a straight line, a quarter
-/// from both, in units of `EVEN_MAX`.
-fn unevenness(here: &Waypoint, next: &Waypoint) -> f64 {
+/// Whether the accelerations between two waypoints are near a straight line, a quarter from both.
+fn is_even(here: &Waypoint, next: &Waypoint) -> bool {
     let seconds = next.time - here.time;
-    let distance = |[from, to]: [[f64; 3]; 2]| {
-        let distances = [0.25, 0.75].map(|part| {
+    let is_near = |[from, to]: [[f64; 3]; 2], most: f64| {
+        [0.25, 0.75].iter().all(|&part| {
             let [.., acceleration] = hermite(from, to, seconds, part * seconds);
             let straight = from[2] + (to[2] - from[2]) * part;
-            (acceleration - straight).abs()
-        });
-        distances[0].max(distances[1])
+            (acceleration - straight).abs() <= most
+        })
     };
     let root = |at: &Waypoint, axis: usize| {
         [at.root_position[axis], at.root_velocity[axis], at.root_acceleration[axis]]
@@ -202,9 +195,7 @@ fn unevenness(here: &Waypoint, next: &Waypoint) -> f64 {
     let joint = |at: &Waypoint, joint: usize| {
         [at.q[joint], at.joint_velocity[joint], at.joint_acceleration[joint]]
     };
-    let [root_max, joint_max] = EVEN_MAX;
-    let of_root = (0..3).map(|axis| distance([here, next].map(|at| root(at, axis))) / root_max);
-    let of_joints =
-        (0..JOINTS_MAX).map(|index| distance([here, next].map(|at| joint(at, index))) / joint_max);
-    of_root.chain(of_joints).fold(0.0, f64::max)
+    (0..3).all(|axis| is_near([here, next].map(|at| root(at, axis)), EVEN_MAX[0]))
+        && (0..JOINTS_MAX)
+            .all(|index| is_near([here, next].map(|at| joint(at, index)), EVEN_MAX[1]))
 }
