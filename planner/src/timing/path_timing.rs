@@ -326,7 +326,8 @@ impl PathTiming {
         let Self { robot, memory, timed, slow_downs, changes, stops, .. } = self;
         let first = self.profile.fixed.saturating_sub(1);
         let open = if first > 0 { timed.law.time_of_node(first) } else { 0.0 };
-        let from = open - if first > 0 { ROUNDING_TIME } else { 0.0 };
+        // Before that the rounded motion depends on fixed nodes alone.
+        let from = open - if first > 0 { 0.5 * ROUNDING_TIME } else { 0.0 };
         let mut check = ProfileCheck { robot, memory, path, timed, slow_downs, changes };
         if !(check.rates_are_within(open) && check.motion_is_within(from)) {
             return false;
