@@ -147,6 +147,39 @@ fn thesis_takes_up_where_it_was() {
 }
 
 #[test]
+fn thesis_measures_smooth_plans_beside_searched_ones() {
+    let test_folder = TestFolder::new("");
+    let out = test_folder.path("results");
+    let row = |more: &[&str]| {
+        let fixed = ["--trials", "1", "--threads", "1", "--json", "--out", &out];
+        let output = test_folder.bench("thesis", &[&fixed, more].concat());
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+        json(&output)["rows"][0].clone()
+    };
+    let [searched, smooth] = [row(&[]), row(&["--motion", "smooth"])];
+    assert_ne!(searched["digest"], smooth["digest"]);
+    let chunk_work = |row: &Value| row["mean_work_by_stage"]["chunks"].as_f64().unwrap();
+    assert!(chunk_work(&smooth) > chunk_work(&searched), "timing is work of the chunks' stage");
+    let complete = ["ready_mean_seconds", "mean_seconds"].map(|of| smooth[of].as_f64().unwrap());
+    assert!(smooth["first_chunk_mean_seconds"].as_f64().unwrap() < complete.iter().sum());
+    assert_eq!(row(&[]), searched, "the journal keeps both");
+}
+
+#[test]
+fn goals_are_planned_with_the_motion_asked_for() {
+    let work = |motion: &str| {
+        let arguments = ["bench", "goals", "--trials", "3", "--json", "--motion", motion];
+        let output = run(&arguments);
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+        let report = json(&output);
+        let [first, p99] = ["first_chunk_p99", "seconds_p99"].map(|of| report[of].as_f64());
+        assert!(first <= p99, "{report}");
+        report["work_p50"].as_f64().unwrap()
+    };
+    assert!(work("quasi_static") < work("smooth"));
+}
+
+#[test]
 fn thesis_does_not_hide_that_nothing_was_found() {
     let test_folder = TestFolder::new("[planner]\nwork_max = 70\n");
     let output = test_folder.bench("thesis", &["--trials", "2", "--json"]);

@@ -562,3 +562,21 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     println!("longest {longest:.3} s, least wait {latest:.3} s");
     assert!(longest < 2.5, "{longest}");
 }
+
+#[test]
+fn no_ramp_begins_before_a_rest_that_lies_before_its_chunk() {
+    let model = hubo();
+    let mut walk = smooth_walk(&model, 4, 0.12);
+    walk.spans[5].starts_at_rest = true;
+    let longer = ExecutionConfig { ramp_seconds_min: 1.1, ..execution() };
+    let mut timing = walk.timing(&model, &longer);
+    timed(&mut timing, &walk);
+    let rest = timing.span_times(5).begin;
+    for span in 0..walk.spans.len() {
+        for chunk in 0..timing.span_times(span).chunks() {
+            let stop = timing.stop(walk.path(), span, chunk).unwrap();
+            assert!(span < 5 || stop.brake_at >= rest, "{span} {chunk} {stop:?} {rest}");
+            assert!(span >= 5 || stop.brake_at <= rest, "{span} {chunk} {stop:?} {rest}");
+        }
+    }
+}

@@ -70,6 +70,9 @@ pub struct ThesisArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub threads: ThreadArguments,
+    /// The motion of the plans: quasi_static measures the search, smooth adds motion and timing
+    #[arg(long, value_name = "MOTION", value_parser = motion, default_value = "quasi_static")]
+    pub motion: MotionKind,
     /// Run the controller's checks on every plan, outside the measured time
     #[arg(long)]
     pub check: bool,
@@ -317,6 +320,9 @@ pub struct GoalsArguments {
     /// Work units of each search at most
     #[arg(long, value_name = "N", default_value_t = 60_000, value_parser = whole_number::<u64>)]
     pub work: u64,
+    /// The motion of the plans
+    #[arg(long, value_name = "MOTION", value_parser = motion, default_value = "smooth")]
+    pub motion: MotionKind,
     /// The seed of the searches
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u64>)]
     pub seed: u64,

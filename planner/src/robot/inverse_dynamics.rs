@@ -1,5 +1,6 @@
 //! Inverse dynamics of the free-floating robot by the recursive Newton-Euler algorithm
-//! [Featherstone 2008, 5.3], in world axes.
+//! [Featherstone 2008, 5.3], in the root's axes: bodies that do not move against the root keep
+//! their inertia there.
 //!
 //! The wrench on the root is what all contacts together must exert; the torques are those without
 //! contacts. A contact's part of a torque is [`LinkFrames::torque_of_wrench`].
@@ -43,16 +44,31 @@ struct NodeJoint {
     axis: DVec3,
 }
 
-/// World frames of all bodies at one configuration. Of the next configuration of the same robot,
-/// only the bodies beyond a joint that has moved are placed anew.
+/// The bodies at one configuration. Of the next configuration of the same robot, only those beyond
+/// a joint that has moved are placed anew.
 #[derive(Debug, Clone, Default)]
 pub struct LinkFrames {
-    frames: BoundedVec<DAffine3, NODES_MAX>,
-    /// The same in the root's frame, at the positions `q`.
-    root_from_nodes: BoundedVec<DAffine3, NODES_MAX>,
     q: BoundedVec<f64, JOINTS_MAX>,
-    /// By joint: axis in the world, origin in the world (m), kind.
+    /// Frames of all bodies in the root's frame, at the positions `q`.
+    root_from_nodes: BoundedVec<DAffine3, NODES_MAX>,
+    bodies: BoundedVec<PlacedBody, NODES_MAX>,
+    /// Frames in the world of the root and of the bodies that a leg moves.
+    world_from_nodes: BoundedVec<DAffine3, NODES_MAX>,
+    /// By joint of a leg: axis in the world, origin in the world (m), kind.
     joints: BoundedVec<(DVec3, DVec3, JointKind), JOINTS_MAX>,
+}
+
+/// A body at its place, in the root's axes.
+#[derive(Debug, Clone, Copy, Default)]
+struct PlacedBody {
+    /// Its origin from its parent's, m.
+    arm: DVec3,
+    /// Axis of its joint.
+    axis: DVec3,
+    /// Centre of mass from its origin, m.
+    com: DVec3,
+    /// Rotational inertia about the centre of mass, kg m2.
+    inertia: DMat3,
 }
 
 /// Linear acceleration with gravity, angular velocity and angular acceleration of a body.
@@ -82,13 +98,13 @@ impl Default for GeneralizedForce {
 }
 
 impl LinkFrames {
-    /// Frame of a node of the kinematic tree.
+    /// Frame of the root, or of a node of the kinematic tree that a leg moves.
     pub fn world_from_node(&self, node: usize) -> &DAffine3 {
-        &self.frames[node]
+        &self.world_from_nodes[node]
     }
 
-    /// The torque (N m) or force (N) that a joint must give less if a wrench with this force (N)
-    /// and this moment (N m) about `point` (world, m) acts on a body beyond it.
+    /// The torque (N m) or force (N) that a joint of a leg must give less if a wrench with this
+    /// force (N) and this moment (N m) about `point` (world, m) acts on a body beyond it.
     pub fn torque_of_wrench(&self, joint: usize, force: DVec3, moment: DVec3, point: DVec3) -> f64 {
         let (axis, origin, kind) = &self.joints[joint];
         match kind {
@@ -100,7 +116,7 @@ impl LinkFrames {
     /// The velocity of a point (world, m) that is fixed to the body beyond all of `chain`, for the
     /// velocities `v` of root and joints, m/s.
     pub fn point_velocity(&self, chain: &[usize], point: DVec3, v: &[f64; VELOCITY_MAX]) -> DVec3 {
-        let arm = point - self.frames[0].translation;
+        let arm = point - self.world_from_nodes[0].translation;
         let mut velocity = DVec3::from_slice(v) + DVec3::from_slice(&v[3..]).cross(arm);
         for &index in chain {
             let (axis, origin, kind) = &self.joints[index];
@@ -152,14 +168,15 @@ impl InverseDynamics {
         self.bodies.iter().map(|body| body.mass).sum()
     }
 
-    /// Writes the frames of a configuration. `frames` are new, or of the same robot.
+    /// Places the bodies at a configuration. `frames` are new, or of the same robot.
     pub fn place(&self, root: &Pose, q: &[f64; JOINTS_MAX], frames: &mut LinkFrames) {
         self.place_in_root(q, frames);
         let world_from_root = affine(root);
-        let placed = self.bodies.iter().zip(&mut frames.frames).zip(&frames.root_from_nodes);
-        for ((body, frame), root_from_node) in placed {
-            *frame = world_from_root * *root_from_node;
-            if let Some(joint) = &body.joint {
+        frames.world_from_nodes[0] = world_from_root;
+        for index in self.tree.upper_body_len()..self.bodies.len() {
+            let frame = world_from_root * frames.root_from_nodes[index];
+            frames.world_from_nodes[index] = frame;
+            if let Some(joint) = &self.bodies[index].joint {
                 frames.joints[joint.index] =
                     (frame.matrix3 * joint.axis, frame.translation, joint.kind);
             }
@@ -171,19 +188,24 @@ impl InverseDynamics {
         let is_new = frames.q.is_empty();
         if is_new {
             let count = self.bodies.len();
-            let _fits = frames.frames.resize(count, DAffine3::IDENTITY);
+            let _fits = frames.world_from_nodes.resize(count, DAffine3::IDENTITY);
             let _fits = frames.root_from_nodes.resize(count, DAffine3::IDENTITY);
+            let _fits = frames.bodies.resize(count, PlacedBody::default());
             let unused = (DVec3::ZERO, DVec3::ZERO, JointKind::Revolute);
             let _fits = frames.joints.resize(JOINTS_MAX, unused);
             let _fits = frames.q.resize(JOINTS_MAX, 0.0);
         }
         let mut has_moved = [is_new; NODES_MAX];
         for (index, body) in self.bodies.iter().enumerate() {
-            let Some(joint) = &body.joint else { continue };
-            let at = joint.index;
-            has_moved[index] |= has_moved[body.parent] || q[at].to_bits() != frames.q[at].to_bits();
+            if let Some(joint) = &body.joint {
+                let has_turned = q[joint.index].to_bits() != frames.q[joint.index].to_bits();
+                has_moved[index] |= has_moved[body.parent] || has_turned;
+            }
             if has_moved[index] {
                 self.tree.place(index..index + 1, q, &mut frames.root_from_nodes);
+                let root_from_parent = &frames.root_from_nodes[body.parent];
+                frames.bodies[index] =
+                    body.placed(root_from_parent, &frames.root_from_nodes[index]);
             }
         }
         frames.q.copy_from_slice(q);
@@ -198,62 +220,64 @@ impl InverseDynamics {
         a: &[f64; VELOCITY_MAX],
         gravity: f64,
     ) -> GeneralizedForce {
-        let mut forces = self.forward(frames, v, a, gravity);
+        let world_from_root = frames.world_from_nodes[0].matrix3;
+        let into_root = world_from_root.transpose();
+        let of_root = NodeMotion {
+            linear: into_root * (DVec3::from_slice(a) + DVec3::Z * gravity),
+            velocity: into_root * DVec3::from_slice(&v[3..]),
+            angular: into_root * DVec3::from_slice(&a[3..]),
+        };
+        let mut forces = self.forward(frames, of_root, v, a);
         let mut torques = [0.0; JOINTS_MAX];
         for index in (1..self.bodies.len()).rev() {
-            let body = &self.bodies[index];
+            let (body, placed) = (&self.bodies[index], &frames.bodies[index]);
             let (force, moment) = forces[index];
             if let Some(joint) = &body.joint {
-                let (axis, ..) = frames.joints[joint.index];
                 torques[joint.index] = match joint.kind {
-                    JointKind::Revolute => axis.dot(moment),
-                    JointKind::Prismatic => axis.dot(force),
+                    JointKind::Revolute => placed.axis.dot(moment),
+                    JointKind::Prismatic => placed.axis.dot(force),
                 };
             }
-            let arm = frames.frames[index].translation - frames.frames[body.parent].translation;
             let parent = &mut forces[body.parent];
             parent.0 += force;
-            parent.1 += moment + arm.cross(force);
+            parent.1 += moment + placed.arm.cross(force);
         }
-        GeneralizedForce { force: forces[0].0, moment: forces[0].1, torques }
+        let (force, moment) = forces[0];
+        GeneralizedForce {
+            force: world_from_root * force,
+            moment: world_from_root * moment,
+            torques,
+        }
     }
 
-    /// Force on every body, and moment about its origin.
+    /// Force on every body, and moment about its origin, in the root's axes.
     fn forward(
         &self,
         frames: &LinkFrames,
+        of_root: NodeMotion,
         v: &[f64; VELOCITY_MAX],
         a: &[f64; VELOCITY_MAX],
-        gravity: f64,
     ) -> BoundedVec<(DVec3, DVec3), NODES_MAX> {
         let mut motions = BoundedVec::<NodeMotion, NODES_MAX>::new();
         let mut forces = BoundedVec::new();
-        let of_root = NodeMotion {
-            linear: DVec3::from_slice(a) + DVec3::Z * gravity,
-            velocity: DVec3::from_slice(&v[3..]),
-            angular: DVec3::from_slice(&a[3..]),
-        };
-        for (index, body) in self.bodies.iter().enumerate() {
-            let frame = &frames.frames[index];
+        for (body, placed) in self.bodies.iter().zip(&frames.bodies) {
             let motion = match &body.joint {
                 None => of_root,
                 Some(joint) => {
-                    let arm = frame.translation - frames.frames[body.parent].translation;
-                    let (axis, ..) = frames.joints[joint.index];
                     let rates = (v[6 + joint.index], a[6 + joint.index]);
-                    motions[body.parent].beyond(joint.kind, axis, arm, rates)
+                    motions[body.parent].beyond(joint.kind, placed, rates)
                 }
             };
-            let _fits = (motions.push(motion), forces.push(body.force(frame, &motion)));
+            let _fits = (motions.push(motion), forces.push(placed.force(body.mass, &motion)));
         }
         forces
     }
 }
 
 impl NodeMotion {
-    /// The motion of the body beyond a joint, `arm` (m) from this body's origin, at these joint
-    /// velocity and acceleration.
-    fn beyond(&self, kind: JointKind, axis: DVec3, arm: DVec3, (dq, ddq): (f64, f64)) -> Self {
+    /// The motion of a body beyond a joint of this one, at these joint velocity and acceleration.
+    fn beyond(&self, kind: JointKind, body: &PlacedBody, (dq, ddq): (f64, f64)) -> Self {
+        let PlacedBody { arm, axis, .. } = *body;
         let spin = self.velocity.cross(self.velocity.cross(arm));
         let linear = self.linear + self.angular.cross(arm) + spin;
         match kind {
@@ -270,19 +294,26 @@ impl NodeMotion {
 }
 
 impl DynamicNode {
-    /// Force on the body, and moment about its origin.
-    fn force(&self, frame: &DAffine3, motion: &NodeMotion) -> (DVec3, DVec3) {
-        let com = frame.matrix3 * self.com;
-        let turned =
-            |vector: DVec3| frame.matrix3 * (self.inertia * (frame.matrix3.transpose() * vector));
-        let mut linear = motion.linear + motion.angular.cross(com);
-        let mut moment = turned(motion.angular);
-        if motion.velocity != DVec3::ZERO {
-            linear += motion.velocity.cross(motion.velocity.cross(com));
-            moment += motion.velocity.cross(turned(motion.velocity));
+    /// The body at a place.
+    fn placed(&self, root_from_parent: &DAffine3, root_from_node: &DAffine3) -> PlacedBody {
+        let rotation = root_from_node.matrix3;
+        PlacedBody {
+            arm: root_from_node.translation - root_from_parent.translation,
+            axis: self.joint.as_ref().map_or(DVec3::ZERO, |joint| rotation * joint.axis),
+            com: rotation * self.com,
+            inertia: rotation * self.inertia * rotation.transpose(),
         }
-        let force = linear * self.mass;
-        (force, moment + com.cross(force))
+    }
+}
+
+impl PlacedBody {
+    /// Force on the body, and moment about its origin.
+    fn force(&self, mass: f64, motion: &NodeMotion) -> (DVec3, DVec3) {
+        let NodeMotion { linear, velocity, angular } = *motion;
+        let spin = velocity.cross(velocity.cross(self.com));
+        let force = (linear + angular.cross(self.com) + spin) * mass;
+        let moment = self.inertia * angular + velocity.cross(self.inertia * velocity);
+        (force, moment + self.com.cross(force))
     }
 }
 

@@ -3,10 +3,10 @@
 
 mod curve;
 mod followed_motion;
+mod followed_trial;
 mod key;
 mod key_table;
 mod layout;
-mod limit_slack;
 mod phase_check;
 mod phase_grid;
 mod phase_points;

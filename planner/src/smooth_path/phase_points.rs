@@ -85,15 +85,10 @@ impl PhasePoints {
         }
         let place = self.grid.place(index);
         let mut configuration = self.guess(source);
-        let (com, soles) = track.pose(source, &self.grid, place, &mut configuration);
         let next = 1 - self.current;
-        self.solver.solve(
-            &source.constraints.robot,
-            &soles,
-            com,
-            &mut configuration,
-            &mut self.kinematic_states[next],
-        )?;
+        let Self { grid, solver, kinematic_states, .. } = self;
+        let state = &mut kinematic_states[next];
+        track.configure(source, (&*grid, place), solver, &mut configuration, state)?;
         self.current = next;
         if let Some(last) = self.configurations.last()
             && largest_difference(last, &configuration) > JOINT_STEP_MAX

@@ -13,6 +13,7 @@ use crate::constraints::rejection::Rejection;
 use crate::plan::chunk_builder::contact_of;
 use crate::smooth_path::curve::Curve;
 use crate::smooth_path::followed_motion::FollowedMotion;
+use crate::smooth_path::followed_trial::FOLLOWED_TRIALS;
 use crate::smooth_path::key_table::KeySource;
 pub use crate::smooth_path::layout::SearchedPlan;
 use crate::smooth_path::layout::{Layout, swing_of};
@@ -20,9 +21,7 @@ use crate::smooth_path::phase_check::PhaseCheck;
 use crate::smooth_path::phase_grid::{BEYOND, PhaseGrid};
 use crate::smooth_path::searched_motion::{self, SearchedPhase};
 use crate::smooth_path::track::Track;
-use crate::smooth_path::tuning::{
-    FOLLOWED_TRIALS, JOIN_DIFFERENCE_MAX, KEY_SECONDS, OPEN_PHASES, REFINEMENTS_MAX,
-};
+use crate::smooth_path::tuning::{JOIN_DIFFERENCE_MAX, KEY_SECONDS, OPEN_PHASES, REFINEMENTS_MAX};
 use crate::smooth_path::variant::VARIANTS;
 use crate::smooth_path::written_path::WrittenPath;
 use crate::timing::path_point::{Path, PathPoint, PathSpan};

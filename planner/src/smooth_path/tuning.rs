@@ -59,20 +59,6 @@ pub(crate) const OPEN_PHASES: usize = 9;
 pub(crate) const FOLLOWED_KEYS_MIN: usize = 4;
 /// Most intervals between keys of a spline along a searched motion that is not refined.
 pub(crate) const FOLLOWED_KEYS_MAX: usize = 48;
-/// How splines along a searched motion are tried in order: how often the distance of two keys is
-/// halved, and whether the keys keep away from the limits of the legs' joints.
-pub(crate) const FOLLOWED_TRIALS: [(u8, bool); 5] =
-    [(0, false), (1, false), (2, false), (1, true), (2, true)];
-/// Distance (rad or m) that the legs' joints keep from their limits at such keys.
-pub(crate) const SLACK_WANTED: f64 = 0.01;
-/// Steps in which the root is moved for that: along the vertical (m) and about an axis (rad).
-pub(crate) const SLACK_SHIFT: f64 = 1e-3;
-pub(crate) const SLACK_TURN: f64 = 2e-3;
-/// Rounds of such steps for a key, each in all directions.
-pub(crate) const SLACK_ROUNDS_MAX: usize = 16;
-/// Keys from an end of the motion, where the configuration is given, to the first one that moves by
-/// the whole offset.
-pub(crate) const SLACK_KEYS: usize = 4;
 /// Intervals between points for each interval between keys of a followed motion.
 pub(crate) const FOLLOWED_DENSITY: usize = 2;
 

@@ -88,7 +88,7 @@ const POSITION_ROUNDING: f64 = 5e-7;
 pub enum Level {
     /// On inclined soles: the centre of pressure 1.2 cm further inside than at the next level.
     Inclined,
-    /// The centre of pressure 1.2 cm and 12 % of the sole's width inside.
+    /// The centre of pressure 1.5 cm and 12 % of the sole's width inside.
     Full,
     /// The centre of pressure 1 cm inside.
     NarrowSole,

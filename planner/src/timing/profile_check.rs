@@ -149,7 +149,7 @@ impl ProfileCheck<'_> {
     }
 
     /// Compares a sample with the first level, from those of the nodes around it on, within which
-    /// the robot can stand there.
+    /// the robot can stand there, and start from there.
     fn sample_is_within(
         &mut self,
         (span, contacts): (usize, &SpanContacts<'_>),
@@ -166,8 +166,9 @@ impl ProfileCheck<'_> {
                 return true;
             }
             let standing = load(&sample.rested());
-            let next = level.next().filter(|_| standing >= 1.0);
-            if let Some(next) = next {
+            let at = (sample, rates.speed);
+            let stays = standing < 1.0 && robot.can_start_at(memory, contacts, level, at);
+            if let Some(next) = level.next().filter(|_| !stays) {
                 level = next;
                 continue;
             }

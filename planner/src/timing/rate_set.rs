@@ -114,14 +114,11 @@ impl RateSet {
             return (Limit::PathRate, f64::INFINITY);
         }
         for ((a, b), &limit) in self.edges().zip(&self.limits) {
-            // The rate is on the inner side of rest: that shows without the normal's length.
-            if (a - b).perp().dot(rate) <= 0.0 {
-                continue;
-            }
-            let normal = -inward_normal(a, b);
+            // Outward. Its length counts in no ratio.
+            let normal = (a - b).perp();
             let used = normal.dot(rate);
-            if used > USED_MIN {
-                let share = used / normal.dot(a).max(1e-12);
+            if used > 0.0 && used * used > USED_MIN * USED_MIN * normal.length_squared() {
+                let share = used / normal.dot(a).max(f64::MIN_POSITIVE);
                 most = if share > most.1 { (limit, share) } else { most };
             }
         }
@@ -180,7 +177,7 @@ fn is_at_rest(normal: DVec2) -> bool {
 
 /// Rounding of a speed at the end of its range, relative.
 const X_ROUNDING: f64 = 1e-9;
-/// Smallest part of a rate beyond a side through rest that counts.
+/// Smallest distance of a rate from rest towards a side that counts.
 const USED_MIN: f64 = 1e-9;
 
 #[cfg(test)]

@@ -3,7 +3,9 @@
 //! The rate of plan time falls along a smooth ramp (`surefoot_shared_types::message::Ramp`) and the
 //! robot comes to rest inside the chunk; the shortest ramp within the limits begins last. A ramp
 //! may begin before a short chunk does, but not before the one of the chunk before it: until then
-//! the robot does not brake. So stops are found from the last chunk known to the first.
+//! the robot does not brake. So stops are found from the last chunk known to the first. Nor does a
+//! ramp begin before a rest of the plan that lies before its chunk: the chunk that ends there stops
+//! there.
 
 use surefoot_shared_types::message::{PlanTime, Ramp};
 
@@ -106,10 +108,10 @@ impl StopTable {
     ) -> bool {
         let timed = motion.timed;
         self.brakes.clear();
-        let after = self.brake_after;
         let (mut latest, mut finds_all) = (f64::INFINITY, true);
         for span in (self.first..timed.spans()).rev() {
             let times = timed.span_times(span);
+            let after = self.brake_after.max(timed.last_rest(span));
             for chunk in (0..times.chunks()).rev() {
                 let [begin, end] = times.chunk_times(chunk);
                 let has_memory = self.brakes.len() < self.brakes.capacity();

@@ -116,6 +116,13 @@ impl TimedPath {
         self.share_of(span, &slowed)
     }
 
+    /// When the robot rests last up to the beginning of a span, s.
+    pub fn last_rest(&self, span: usize) -> f64 {
+        let spans = self.starts[..=span].iter().zip(&self.begins);
+        let mut rests = spans.rev().filter(|((node, _), _)| self.nodes[*node].rests);
+        rests.next().map_or(0.0, |(_, begin)| *begin)
+    }
+
     /// The span in which a time is, as the emitted motion has it.
     pub fn span_at(&self, time: f64) -> usize {
         let (span, _) = self.slowed(time, 1.0, 0.0);

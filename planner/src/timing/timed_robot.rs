@@ -179,10 +179,33 @@ impl TimedRobot {
     /// Whether the path can accelerate from rest in both directions, as a level must allow: less on
     /// slick ground.
     fn can_start(&self, rates: &RateSet, level: Level) -> bool {
-        let grip = (self.limits.friction / SLICK_FRICTION).min(1.0);
-        let least = if level == Level::Bare { UNSUPPORTED_RATE } else { REST_ACCELERATION };
+        let least = self.start_acceleration(level);
         let range = rates.accelerations_at(0.0);
-        range.is_some_and(|[low, high]| low <= -grip * least && high >= grip * least)
+        range.is_some_and(|[low, high]| low <= -least && high >= least)
+    }
+
+    /// The acceleration along the path from rest that a level must allow.
+    fn start_acceleration(&self, level: Level) -> f64 {
+        let grip = (self.limits.friction / SLICK_FRICTION).min(1.0);
+        grip * if level == Level::Bare { UNSUPPORTED_RATE } else { REST_ACCELERATION }
+    }
+
+    /// Whether the robot can start in both directions within the limits of a level where it is at
+    /// a sample of a motion, which has this speed along its path.
+    pub(crate) fn can_start_at(
+        &self,
+        memory: &mut TimingMemory,
+        contacts: &SpanContacts<'_>,
+        level: Level,
+        (sample, speed): (&Waypoint, f64),
+    ) -> bool {
+        let least = self.start_acceleration(level) / speed.max(SAMPLE_SPEED_MIN);
+        [-least, least].into_iter().all(|change| {
+            let mut starting = sample.rested();
+            starting.root_acceleration = sample.root_velocity.map(|velocity| change * velocity);
+            starting.joint_acceleration = sample.joint_velocity.map(|velocity| change * velocity);
+            self.load(memory, contacts, level, &starting) <= 1.0
+        })
     }
 
     /// The ground under the contacts of a span.
@@ -390,6 +413,9 @@ const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
 
 /// Share of a sole's area from which all of it counts as supported.
 const WHOLE_SOLE_SHARE: f64 = 0.98;
+
+/// Smallest speed along a path that gives its direction.
+const SAMPLE_SPEED_MIN: f64 = 1e-6;
 
 /// Smallest ratio of a stance sole's speed to its limit that bounds the rates.
 const SLIP_MIN: f64 = 1e-6;

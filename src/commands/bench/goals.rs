@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Serialize;
+use surefoot_planner::Planner;
 use surefoot_planner::base::random::{Random, Stream};
-use surefoot_planner::{Planner, Status};
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::builder::ScenarioContent;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
@@ -22,14 +22,11 @@ use crate::commands::bench::machine::Machine;
 use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::statistics::Summary;
 use crate::commands::bench::table::{aligned, count, seconds};
+use crate::commands::search_loop;
 use crate::input::output_files;
 use crate::input::preparation_cache;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::clock::Stopwatch;
-use crate::system::signals;
 
-/// Work units between two checks for a signal.
-const WORK_PER_STEP: u64 = 20_000;
 /// Half the side of the floor, m.
 const FLOOR: f64 = 6.0;
 
@@ -40,11 +37,13 @@ struct GoalTrial {
     dx: f64,
     dy: f64,
     yaw: f64,
-    outcome: &'static str,
+    outcome: String,
     steps: u64,
     work: u64,
     /// Time of the search, s.
     seconds: f64,
+    /// Time until the first chunk was final, s.
+    first_chunk_seconds: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -63,6 +62,8 @@ struct Report<'a> {
     seconds_p50: Option<f64>,
     seconds_p99: Option<f64>,
     seconds_max: Option<f64>,
+    first_chunk_p50: Option<f64>,
+    first_chunk_p99: Option<f64>,
     work_p50: Option<f64>,
     work_p99: Option<f64>,
     work_max: Option<f64>,
@@ -105,19 +106,19 @@ fn trial(
     let preparation = preparation_cache::obtain(model, &scenario.planner, true)?.preparation;
     let mut planner = Planner::builder(model, world, &scenario, preparation)
         .threads(arguments.threads.count())
+        .in_parts()
         .build()?;
-    let watch = Stopwatch::start();
-    let outcome = loop {
-        if let Status::Done(outcome) = planner.step(WORK_PER_STEP) {
-            break outcome;
-        }
-        if let Some(signal) = signals::raised() {
-            return Err(CommandError::Interrupted(signal));
-        }
-    };
-    let seconds = watch.seconds();
-    let (steps, work) = (planner.steps(), planner.stats().work);
-    Ok(GoalTrial { dx, dy, yaw, outcome: outcome.name(), steps, work, seconds })
+    let planned = search_loop::run(&mut planner, scenario.planner.work_max, &mut |_| Ok(()))?;
+    Ok(GoalTrial {
+        dx,
+        dy,
+        yaw,
+        steps: planner.steps(),
+        work: planned.work,
+        seconds: planned.plan_seconds,
+        first_chunk_seconds: planned.first_chunk_seconds,
+        outcome: planned.outcome,
+    })
 }
 
 fn scenario(
@@ -137,7 +138,8 @@ fn scenario(
         checker: CheckerConfig::default(),
         execution: ExecutionConfig::default(),
     };
-    content.build().map_err(|error| CommandError::Usage(error.to_string()))
+    let scenario = content.build().map_err(|error| CommandError::Usage(error.to_string()))?;
+    Ok(scenario.with_motion(arguments.motion))
 }
 
 fn bare_floor() -> World {
@@ -162,6 +164,9 @@ fn report<'a>(
     let summary =
         |value: fn(&GoalTrial) -> f64| Summary::of(&trials.iter().map(value).collect::<Vec<_>>());
     let times = summary(|trial| trial.seconds);
+    let first_chunks: Vec<f64> =
+        trials.iter().filter_map(|trial| trial.first_chunk_seconds).collect();
+    let first_chunks = Summary::of(&first_chunks);
     let works = summary(|trial| trial.work as f64);
     let missed: Vec<&GoalTrial> = trials.iter().filter(|trial| trial.outcome != "found").collect();
     Report {
@@ -178,6 +183,8 @@ fn report<'a>(
         seconds_p50: times.map(|times| times.p50),
         seconds_p99: times.map(|times| times.p99),
         seconds_max: times.map(|times| times.max),
+        first_chunk_p50: first_chunks.map(|times| times.p50),
+        first_chunk_p99: first_chunks.map(|times| times.p99),
         work_p50: works.map(|works| works.p50),
         work_p99: works.map(|works| works.p99),
         work_max: works.map(|works| works.max),
@@ -186,17 +193,32 @@ fn report<'a>(
 }
 
 fn write_csv(trials: &[GoalTrial], folder: &Path) -> Result<(), CommandError> {
-    let mut csv = "dx,dy,yaw,outcome,steps,work,seconds\n".to_owned();
-    for GoalTrial { dx, dy, yaw, outcome, steps, work, seconds } in trials {
-        let _ = writeln!(csv, "{dx:.6},{dy:.6},{yaw:.6},{outcome},{steps},{work},{seconds:.6}");
+    let mut csv = "dx,dy,yaw,outcome,steps,work,seconds,first_chunk_seconds\n".to_owned();
+    for trial in trials {
+        let GoalTrial { dx, dy, yaw, outcome, steps, work, seconds, first_chunk_seconds } = trial;
+        let first = first_chunk_seconds.map_or_else(String::new, |first| format!("{first:.6}"));
+        let _ =
+            writeln!(csv, "{dx:.6},{dy:.6},{yaw:.6},{outcome},{steps},{work},{seconds:.6},{first}");
     }
     let path: PathBuf = folder.join("goals.csv");
     output_files::write_text(&csv, &path)
 }
 
 fn text(report: &Report<'_>) -> String {
-    let head =
-        ["robot", "goals", "found", "steps", "p50", "p99", "longest", "work p50", "p99", "most"];
+    let head = [
+        "robot",
+        "goals",
+        "found",
+        "steps",
+        "p50",
+        "p99",
+        "longest",
+        "first chunk p50",
+        "p99",
+        "work p50",
+        "p99",
+        "most",
+    ];
     let row = [
         report.robot.to_owned(),
         report.trials.to_string(),
@@ -205,6 +227,8 @@ fn text(report: &Report<'_>) -> String {
         seconds(report.seconds_p50),
         seconds(report.seconds_p99),
         seconds(report.seconds_max),
+        seconds(report.first_chunk_p50),
+        seconds(report.first_chunk_p99),
         count(report.work_p50),
         count(report.work_p99),
         count(report.work_max),

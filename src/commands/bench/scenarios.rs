@@ -16,10 +16,22 @@ pub const SEARCHED: Overrides = Overrides { seed: None, motion: Some(MotionKind:
 /// # Errors
 /// When one of their files cannot be used.
 pub fn load(arguments: &ScenarioArguments, all: &[&str]) -> Result<Vec<Inputs>, InputError> {
+    load_with(arguments, all, SEARCHED)
+}
+
+/// Loads the scenarios asked for, or those of these names.
+///
+/// # Errors
+/// When one of their files cannot be used.
+pub fn load_with(
+    arguments: &ScenarioArguments,
+    all: &[&str],
+    overrides: Overrides,
+) -> Result<Vec<Inputs>, InputError> {
     let asked = &arguments.scenarios;
     let names: Vec<&str> =
         if asked.is_empty() { all.into() } else { asked.iter().map(String::as_str).collect() };
-    names.into_iter().map(|name| Inputs::load(&path(&arguments.configs, name), SEARCHED)).collect()
+    names.into_iter().map(|name| Inputs::load(&path(&arguments.configs, name), overrides)).collect()
 }
 
 /// The file of a scenario given by its name or as a file.

@@ -1,8 +1,9 @@
 //! Walks whose roles are killed and stopped, and whose messages are forged and repeated.
 
 use std::fs;
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use serde_json::Value;
@@ -30,6 +31,8 @@ const ERROR_CODE: i32 = 2;
 
 /// Exit code of a walk that was interrupted.
 const INTERRUPTED_CODE: i32 = 128 + libc::SIGINT;
+/// The signal that ends a walk that is interrupted twice.
+const INTERRUPT: Option<i32> = Some(libc::SIGINT);
 
 /// The result of a walk without faults.
 #[derive(Debug, Clone)]
@@ -60,7 +63,7 @@ impl WalkSettings<'_> {
     /// Walks the scenario without faults.
     pub(crate) fn undisturbed(&self) -> Result<Undisturbed, CommandError> {
         let mut child = self.start(&Disturbances::default())?;
-        let code = wait(&mut child, &mut FaultLog::new());
+        let code = wait(&mut child, &mut FaultLog::new()).and_then(|status| status.code());
         let report = self.read_report();
         match (code, report["chunks"]["accepted"].as_u64()) {
             (Some(0), Some(chunks)) => Ok(Undisturbed { digest: report["digest"].clone(), chunks }),
@@ -91,14 +94,17 @@ impl WalkSettings<'_> {
         let before = *faults;
         let mut log = FaultLog::new();
         let walked = inject(&mut child, &name, random, (faults, &mut log));
-        let code = wait(&mut child, &mut log);
+        let status = wait(&mut child, &mut log);
         let known = *harm;
         harm.left_over += traces::left_over(&name).len() as u64;
         let is_forged = faults.messages > before.messages;
         let is_interrupted = faults.interrupts > before.interrupts;
+        let code = status.and_then(|status| status.code());
         let is_error = code == Some(ERROR_CODE) && is_forged;
         match code {
-            None => harm.hung += 1,
+            None if status.is_none() => harm.hung += 1,
+            // A second interrupt ends a process at once.
+            None if is_interrupted && status.and_then(|status| status.signal()) == INTERRUPT => {}
             Some(0) => {
                 let may_differ = is_forged || disturbances.disturb.is_some();
                 compare(&self.read_report(), expected, (walked, may_differ), harm);
@@ -114,7 +120,7 @@ impl WalkSettings<'_> {
             let Disturbances { disturb, late } = disturbances;
             let (events, error) = (log.events.join(", "), self.error_text());
             terminal::print_note(&format!(
-                "{name} (disturb {disturb:?}, late {late:?}) ends with {code:?}: {error}\n  {events}"
+                "{name} (disturb {disturb:?}, late {late:?}) ends with {status:?}: {error}\n  {events}"
             ));
         }
         Ok(())
@@ -259,9 +265,9 @@ fn is_running(child: &mut Child) -> bool {
     matches!(child.try_wait(), Ok(None))
 }
 
-/// Waits for the end of a walk; returns its exit code, or kills it [`WALK_SECONDS_MAX`] after its
+/// Waits for the end of a walk; returns how it ended, or kills it [`WALK_SECONDS_MAX`] after its
 /// start.
-fn wait(child: &mut Child, log: &mut FaultLog) -> Option<i32> {
+fn wait(child: &mut Child, log: &mut FaultLog) -> Option<ExitStatus> {
     while is_running(child) {
         if log.watch.seconds() > WALK_SECONDS_MAX {
             log.events.push(format!("at the end: {}", traces::family_of(child.id())));
@@ -272,5 +278,5 @@ fn wait(child: &mut Child, log: &mut FaultLog) -> Option<i32> {
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-    child.wait().ok()?.code()
+    child.wait().ok()
 }

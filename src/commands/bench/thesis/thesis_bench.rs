@@ -13,7 +13,7 @@ use crate::commands::bench::scenarios;
 use crate::commands::bench::thesis::published::PUBLISHED;
 use crate::commands::bench::thesis::report::ThesisReport;
 use crate::commands::bench::trial::{Trial, TrialSetup};
-use crate::input::inputs::Inputs;
+use crate::input::inputs::{Inputs, Overrides};
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
@@ -24,7 +24,8 @@ use crate::system::terminal;
 /// When a scenario or the journal cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &ThesisArguments) -> Result<CommandOutcome, CommandError> {
     let all = PUBLISHED.map(|row| row.scenario);
-    let scenarios = scenarios::load(&arguments.scenarios, &all)?;
+    let overrides = Overrides { motion: Some(arguments.motion), ..scenarios::SEARCHED };
+    let scenarios = scenarios::load_with(&arguments.scenarios, &all, overrides)?;
     let machine = Machine::this()?;
     let mut journal = Journal::open(arguments.out.as_deref(), "thesis.jsonl", arguments.fresh)?;
     let bar = progress_bar(scenarios.len() as u64 * arguments.trials);
