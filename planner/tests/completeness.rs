@@ -4,20 +4,23 @@
 
 mod common;
 
-use common::{Case, preparation_for};
+use common::{Case, preparation_for, with_split_hip};
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::CollisionModel;
 use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
 use surefoot_planner::constraints::mode_state::ModeState;
+use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::motion::cbirrt::SingleModeProblem;
 use surefoot_planner::motion::single_mode::solve;
 use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::primitives::transition_configuration::{
     TransitionPair, is_unbounded, sample, world_from_soles,
 };
+use surefoot_planner::robot::crouch::Crouch;
 use surefoot_planner::robot::mechanism::Mechanism;
+use surefoot_planner::robot::posture_ik::{Posture, solve_posture};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
@@ -171,4 +174,61 @@ fn no_posture_is_sampled_on_soles_farther_apart_than_the_farthest() {
     let [near, beyond_reach] = [count([0.6, 0.7]), count([reach, farthest])];
     assert!(near > 50 && (1..10).contains(&beyond_reach), "{near}, {beyond_reach}");
     assert_eq!(count([farthest, 1.2 * farthest]), 0);
+}
+
+/// The Hubo with hips that turn about yaw, pitch and roll in this order, as some humanoids have:
+/// where the root leans so far that the legs stand across it, yaw and roll are about the same axis.
+fn with_pitch_before_roll(model: &RobotModel) -> RobotModel {
+    let mut model = with_split_hip(model);
+    for side in ["left", "right"] {
+        let [roll, pitch] = ["roll", "pitch"].map(|axis| {
+            let name = format!("{side}_hip_{axis}");
+            model.joints.iter().position(|joint| joint.name == name).unwrap()
+        });
+        let [(a, b), (c, d)] = [roll, pitch].map(|index| {
+            let joint = &model.joints[index];
+            ((joint.axis, joint.lower, joint.upper), (joint.effort, model.standing_q[index]))
+        });
+        for (index, (axis, lower, upper), (effort, standing)) in [(roll, c, d), (pitch, a, b)] {
+            let joint = &mut model.joints[index];
+            (joint.axis, joint.lower, joint.upper, joint.effort) = (axis, lower, upper, effort);
+            model.standing_q[index] = standing;
+        }
+    }
+    model
+}
+
+#[test]
+fn a_leaning_root_is_projected_where_hips_align() {
+    let model = with_pitch_before_roll(&common::hubo());
+    let case = Case { model, ..Case::shipped("flat_walk") };
+    let config = case.scenario.planner.clone();
+    let robot = Mechanism::new(&case.model, &config).unwrap();
+    let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+    let constraints = Constraints::new(robot, collision, config);
+    let robot = &constraints.robot;
+    let [upright, leaning] = [0.0, 1.2].map(|pitch| {
+        let crouch = Crouch { leg_extension: 1.0, pitch, roll: 0.0 };
+        let [stance, other] = [(0, 0.06), (1, -0.06)].map(|(limb, y)| Foothold {
+            crouch,
+            ..foothold(&constraints, limb, DVec2::new(5.0, y))
+        });
+        let (mode, pair) =
+            (single_mode(&stance), TransitionPair { stance: &stance, other: &other });
+        let is_sampled = |attempt: &u64| {
+            let sampled = sample(&constraints, &mode, pair, (1, 0), *attempt);
+            !matches!(sampled, Err(Rejection::Unreachable | Rejection::Balance))
+        };
+        let is_solved_leg_by_leg = |index: &u64| {
+            let posture = Posture {
+                world_from_root: DQuat::from_rotation_y(pitch),
+                leg_extension: robot.standing_leg_extension,
+                com: mode.region.centroid() - 0.002 * *index as f64 * DVec2::Y,
+            };
+            solve_posture(robot, &world_from_soles(pair), &posture, robot.standing_q).is_ok()
+        };
+        [(0..12).filter(is_sampled).count(), (0..12).filter(is_solved_leg_by_leg).count()]
+    });
+    assert!(upright[0] >= 10 && upright[1] == 12, "{upright:?}");
+    assert!(leaning[0] >= 8 && leaning[1] == 0, "{leaning:?}");
 }

@@ -15,12 +15,15 @@ use crate::constraints::constraints::Constraints;
 use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
+use crate::kinematics::Leg;
 use crate::motion::swing_shapes::{MotionShape, outward, plateau};
 use crate::motion::tuning::{
     FIRST_STEP_LENGTH, HIP_RAISE, MOVING_LEG_EXTENSION_MAX, PATH_STEP_AIM, PATH_STEP_MIN,
     RAISED_LEG_EXTENSION, WAYPOINT_COLLISION_STEPS, WAYPOINT_COM_SHIFTS_MAX,
 };
 use crate::primitives::level_sole::side_of;
+use crate::robot::configuration::Configuration;
+use crate::robot::constrained_projection::{ProjectionTarget, project};
 use crate::robot::kinematic_state::KinematicState;
 
 /// Largest distance of the centre of mass from its reference, m.
@@ -270,6 +273,10 @@ fn state_at(
             from.q[joint.index] + t * (to.q[joint.index] - from.q[joint.index]);
     }
     state.configuration.world_from_root = reference;
+    if robot.is_projected_at(reference.rotation) {
+        state.configuration = projected(constraints, mode, local_path, &state, t, kinematic_state)?;
+        return Ok(state);
+    }
     let reference_com = com_ends[0].lerp(com_ends[1], t).truncate();
     let com_depth = constraints.com_margin(mode) + COM_TRACKING_TOLERANCE;
     for _ in 0..WAYPOINT_COM_SHIFTS_MAX {
@@ -294,6 +301,36 @@ fn state_at(
         state.configuration.world_from_root.translation += error.extend(0.0);
     }
     Err(Rejection::Balance)
+}
+
+/// The projection of a state, whose legs need not reach its soles yet, at fraction `t` of a local
+/// path. On an exact path it begins with the legs' joints between those of both ends, which are
+/// within their limits and change as the path does.
+///
+/// # Errors
+/// [`Rejection::Unreachable`] if the projection does not converge.
+fn projected(
+    constraints: &Constraints,
+    mode: &Mode,
+    local_path: &LocalPath,
+    state: &ModeState,
+    t: f64,
+    kinematic_state: &mut KinematicState,
+) -> Result<Configuration, Rejection> {
+    let robot = &constraints.robot;
+    let mut begin = state.configuration;
+    if local_path.exact {
+        let [from, to] = [&local_path.from, &local_path.to].map(|end| &end.configuration.q);
+        for joint in robot.legs.iter().flat_map(Leg::joints) {
+            begin.q[joint.index] = from[joint.index] + t * (to[joint.index] - from[joint.index]);
+        }
+    }
+    let target = ProjectionTarget {
+        world_from_soles: &state.world_from_soles,
+        region: &mode.region,
+        com_margin: constraints.com_margin(mode),
+    };
+    project(robot, &target, &begin, kinematic_state).ok_or(Rejection::Unreachable)
 }
 
 /// The root pose at fraction `t` before the centre of mass is corrected.

@@ -329,6 +329,11 @@ impl ModeGraph {
         self.connected = self.connected.max(foothold + 1);
     }
 
+    /// Lets all footholds be connected with each other, those that were connected included.
+    pub fn forget_connected(&mut self) {
+        self.connected = 0;
+    }
+
     /// Whether a transition has neither a prior nor a configuration.
     pub fn is_unestimated(&self, id: TransitionId) -> bool {
         let transition = &self.transitions[id as usize];

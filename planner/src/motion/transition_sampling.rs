@@ -94,8 +94,12 @@ impl TransitionSampling {
         };
         if let Err(rejection) = advanced {
             self.lift_off = None;
-            self.attempt +=
-                transition_configuration::attempt_weight(&constraints.robot, self.attempt);
+            let (stance, other) = graph.pair(self.id);
+            self.attempt += transition_configuration::attempt_weight(
+                &constraints.robot,
+                TransitionPair { stance, other },
+                self.attempt,
+            );
             workspace.count(rejection);
         }
     }

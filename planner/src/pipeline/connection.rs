@@ -82,9 +82,8 @@ fn connect(
         let mut found = neighbours(context, graph, id, steps.reach(), is_due);
         if is_new {
             add_partner(graph, id, &mut found);
-        } else {
-            found.retain(|&neighbour| graph.find(id, neighbour).is_none());
         }
+        found.retain(|&neighbour| graph.find(id, neighbour).is_none());
         found
     };
     let connected: Batch<Neighbours> = context.threads.map(ids, neighbours);

@@ -69,7 +69,7 @@ impl DirectStage {
         let work_max = if may_separate { MIXED_WORK_MAX } else { WORK_MAX };
         if has_path == Some(false) || search.stats.work > work_max {
             if !may_separate {
-                connect_ends(search)?;
+                search.roadmap.graph.forget_connected();
                 return Ok(Event::NewRoute);
             }
             search.direct.begin_separate();
@@ -343,16 +343,6 @@ fn take_path(search: &mut Search) -> Result<(), ArenaFull> {
     current.sequence.pop();
     direct.is_active = true;
     stats.sequences += 1;
-    Ok(())
-}
-
-/// Adds the transitions on both feet of the start and of the goal: their footholds count as
-/// connected, and a walk along a route begins and ends on these transitions.
-fn connect_ends(search: &mut Search) -> Result<(), ArenaFull> {
-    for end in [START, GOAL] {
-        let [left, right] = search.roadmap.boundary(end).footholds;
-        transition(&mut search.roadmap.graph, left, right)?;
-    }
     Ok(())
 }
 

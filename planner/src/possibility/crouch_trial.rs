@@ -1,6 +1,6 @@
 //! Whether the robot can stand in a crouch, on both feet and on each.
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_from_rpy;
 
@@ -9,10 +9,11 @@ use crate::constraints::constraints::Constraints;
 use crate::geometry::convex_region::ConvexRegion;
 use crate::possibility::upper_body::UpperBody;
 use crate::robot::configuration::Configuration;
+use crate::robot::constrained_projection::{ProjectionTarget, project};
 use crate::robot::crouch::Crouch;
 use crate::robot::gravity_torques::{FootLoad, effort_use};
 use crate::robot::kinematic_state::KinematicState;
-use crate::robot::posture_ik::{Posture, solve_posture};
+use crate::robot::posture_ik::{Posture, initial_guess, solve_posture};
 use crate::robot::single_support::SingleSupportPosture;
 
 /// Read-only inputs of trials of crouches.
@@ -47,13 +48,9 @@ impl<'a> CrouchTrial<'a> {
     /// The root in double support; `None` if the crouch is infeasible.
     pub fn mid_feet_from_root(&self) -> Option<Pose> {
         let [left, right] = [0, 1].map(|limb| self.ankle_support_region(limb));
-        let com =
-            ConvexRegion::hull(left.vertices().iter().chain(right.vertices()).copied()).centroid();
-        let (configuration, _) = self.solve(
-            &self.mid_feet_from_soles,
-            &SingleSupportPosture::standing(self.constraints.robot.standing_q),
-            com,
-        )?;
+        let region = ConvexRegion::hull(left.vertices().iter().chain(right.vertices()).copied());
+        let standing = SingleSupportPosture::standing(self.constraints.robot.standing_q);
+        let (configuration, _) = self.solve(&self.mid_feet_from_soles, &standing, &region)?;
         Some(configuration.world_from_root)
     }
 
@@ -65,43 +62,63 @@ impl<'a> CrouchTrial<'a> {
     /// Number of infeasible single-support stances, the other foot ahead by one of `strides`, m.
     pub fn failures(&self, strides: &[f64]) -> u32 {
         let stances = [0, 1].into_iter().flat_map(|limb| strides.iter().map(move |&x| (limb, x)));
-        stances.filter(|&(limb, stride)| !self.is_feasible_on(limb, stride)).count() as u32
+        let is_infeasible =
+            |&(limb, stride): &(usize, f64)| !self.is_feasible_on(limb, stride * DVec3::X);
+        stances.filter(is_infeasible).count() as u32
     }
 
-    /// Whether the crouch is feasible on foot `limb`, the other foot `stride` metres ahead.
-    fn is_feasible_on(&self, limb: usize, stride: f64) -> bool {
-        let mut soles = self.mid_feet_from_soles;
-        soles[1 - limb].translation += stride * DVec3::X;
-        let com = self.ankle_support_region(limb).centroid();
-        let solved = self.solve(&soles, &self.constraints.single_support_postures[limb], com);
-        solved.is_some_and(|(_, kinematic_state)| {
-            effort_use(
-                &self.constraints.robot.mass_tree,
-                &kinematic_state,
-                &FootLoad::all_on(limb, com),
-            ) <= 1.0
+    /// Whether the crouch is feasible on each foot, the other one beside it: as far away as in the
+    /// standing posture, or `width` (m) if that is narrower. With wide hips and bent or leaning
+    /// legs the robot stands on one foot where it keeps the other one near.
+    pub fn may_step(&self, width: f64) -> bool {
+        let [left, right] = self.mid_feet_from_soles.map(|sole| sole.translation.y);
+        let narrower = (left - right - width).max(0.0);
+        [narrower, -narrower].into_iter().enumerate().all(|(limb, inward)| {
+            self.is_feasible_on(limb, DVec3::ZERO)
+                || narrower > 0.0 && self.is_feasible_on(limb, inward * DVec3::Y)
         })
     }
 
-    /// The configuration on given soles with its centre of mass at `com` (world, m); `None` if none
-    /// exists or links collide with each other.
+    /// Whether the crouch is feasible on foot `limb`, the other foot moved by `offset` (m).
+    fn is_feasible_on(&self, limb: usize, offset: DVec3) -> bool {
+        let mut soles = self.mid_feet_from_soles;
+        soles[1 - limb].translation += offset;
+        let region = self.ankle_support_region(limb);
+        let solved = self.solve(&soles, &self.constraints.single_support_postures[limb], &region);
+        solved.is_some_and(|(_, kinematic_state)| {
+            let load = FootLoad::all_on(limb, kinematic_state.com.truncate());
+            effort_use(&self.constraints.robot.mass_tree, &kinematic_state, &load) <= 1.0
+        })
+    }
+
+    /// The configuration on given soles with its centre of mass over the middle of a region or,
+    /// where the root leans far, anywhere over it; `None` if none exists or links collide with each
+    /// other.
     fn solve(
         &self,
         soles: &[Pose; 2],
         single_support: &SingleSupportPosture,
-        com: DVec2,
+        region: &ConvexRegion,
     ) -> Option<(Configuration, KinematicState)> {
+        let robot = &self.constraints.robot;
         let [roll, pitch] = single_support.rotation;
         let world_from_root = self.mid_feet_from_upright
             * rotation_from_rpy(roll + self.crouch.roll, pitch + self.crouch.pitch, 0.0);
-        let posture = Posture {
-            world_from_root,
-            leg_extension: self.crouch.leg_extension
-                * self.constraints.robot.standing_leg_extension,
-            com,
+        let leg_extension = self.crouch.leg_extension * robot.standing_leg_extension;
+        let posture = Posture { world_from_root, leg_extension, com: region.centroid() };
+        let is_free = |solved: &(Configuration, KinematicState)| {
+            self.constraints.collision.self_hit(&solved.1).is_none()
         };
-        let solved =
-            solve_posture(&self.constraints.robot, soles, &posture, single_support.q).ok()?;
-        self.constraints.collision.self_hit(&solved.1).is_none().then_some(solved)
+        let projected = || {
+            let begin = initial_guess(robot, soles, &posture, single_support.q);
+            let target = ProjectionTarget { world_from_soles: soles, region, com_margin: 0.0 };
+            let mut kinematic_state = KinematicState::default();
+            let configuration = project(robot, &target, &begin, &mut kinematic_state)?;
+            Some((configuration, kinematic_state))
+        };
+        solve_posture(robot, soles, &posture, single_support.q).ok().filter(is_free).or_else(|| {
+            let is_due = robot.is_projected_at(world_from_root);
+            is_due.then(projected).flatten().filter(is_free)
+        })
     }
 }

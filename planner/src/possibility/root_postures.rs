@@ -8,8 +8,8 @@ use crate::base::arena::reserve;
 use crate::possibility::crouch_trial::{CrouchContext, CrouchTrial};
 use crate::possibility::root_vertex::RootPosture;
 use crate::possibility::tuning::{
-    CROUCH_BATCH_MAX, POSTURE_LEG_EXTENSIONS, POSTURE_PITCHES, POSTURE_ROLLS, POSTURE_TEST_STRIDES,
-    POSTURES_MAX, POSTURES_TRIED,
+    CROUCH_BATCH_MAX, POSTURE_LEG_EXTENSIONS, POSTURE_PITCHES, POSTURE_ROLLS, POSTURES_MAX,
+    POSTURES_TRIED,
 };
 use crate::robot::crouch::Crouch;
 
@@ -51,8 +51,9 @@ impl RootPostures {
         self.tried < self.wanted && self.postures.len() < POSTURES_MAX
     }
 
-    /// Tries at most `budget` postures. Returns their number.
-    pub fn advance(&mut self, context: &CrouchContext<'_>, budget: u64) -> u64 {
+    /// Tries at most `budget` postures, with feet that are at least `stance_width` (m) apart.
+    /// Returns their number.
+    pub fn advance(&mut self, context: &CrouchContext<'_>, stance_width: f64, budget: u64) -> u64 {
         if self.postures.is_empty() {
             let mid_feet_from_root = context.upper_body.mid_feet_from_root();
             self.postures.push(RootPosture { crouch: Crouch::UPRIGHT, mid_feet_from_root });
@@ -66,8 +67,7 @@ impl RootPostures {
             }
             let trial = CrouchTrial::new(context.constraints, context.upper_body, crouch);
             let mid_feet_from_root = trial.mid_feet_from_root()?;
-            let may_step = trial.failures(&POSTURE_TEST_STRIDES) == 0;
-            may_step.then_some(RootPosture { crouch, mid_feet_from_root })
+            trial.may_step(stance_width).then_some(RootPosture { crouch, mid_feet_from_root })
         });
         let left = POSTURES_MAX - self.postures.len();
         self.postures.extend(tried.into_iter().flatten().take(left));

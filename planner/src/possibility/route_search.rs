@@ -290,9 +290,9 @@ impl RouteSearch {
             _ => {}
         }
         if self.run.condition == RouteCondition::Leaning && self.postures.is_due() {
-            let StageContext { constraints, upper_body, threads, .. } = *context;
+            let StageContext { constraints, upper_body, threads, stance_width, .. } = *context;
             let inputs = CrouchContext { constraints, upper_body, threads };
-            return (Progress::Growing, self.postures.advance(&inputs, budget));
+            return (Progress::Growing, self.postures.advance(&inputs, stance_width, budget));
         }
         let Self { forest, branches, blocked, postures, .. } = self;
         let is_blocked = |pose: &MidFeetPose| blocked.contains(pose);

@@ -51,13 +51,10 @@ pub(crate) const LEG_HALF_WIDTH: f64 = 0.005;
 /// Smallest and largest leg extension of a root posture, as a share of the standing one.
 pub(crate) const POSTURE_LEG_EXTENSIONS: [f64; 2] = [0.6, 1.03];
 /// Smallest and largest forward pitch of the root in a posture, rad.
-pub(crate) const POSTURE_PITCHES: [f64; 2] = [-0.35, 1.3];
+pub(crate) const POSTURE_PITCHES: [f64; 2] = [-0.35, 1.6];
 /// Smallest and largest roll of the root in a posture, rad: beyond half a radian the hips of most
 /// humanoids end.
 pub(crate) const POSTURE_ROLLS: [f64; 2] = [-0.5, 0.5];
-/// Offsets of the swing foot ahead of the stance foot at which a root posture is tested, m: a robot
-/// that bends far takes short steps.
-pub(crate) const POSTURE_TEST_STRIDES: [f64; 1] = [0.0];
 /// Distance between vertices where the root leans, as a share of that elsewhere.
 pub(crate) const LEANING_SPACING_SHARE: f64 = 0.5;
 /// Most root postures that are kept.

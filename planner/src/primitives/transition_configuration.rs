@@ -28,6 +28,7 @@ use crate::primitives::tuning::{
 };
 use crate::robot::configuration::Configuration;
 use crate::robot::constrained_projection::{ProjectionTarget, project};
+use crate::robot::crouch::Crouch;
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
 use crate::robot::posture_ik::{COM_TOLERANCE, Posture, initial_guess, solve_posture_into};
@@ -70,7 +71,9 @@ pub fn sample(
     };
     let soles = world_from_soles(pair);
     let mut kinematic_state = KinematicState::default();
-    let configuration = if is_projected(robot, attempt) {
+    let is_projected =
+        is_projected(robot, attempt) || robot.is_projected_at(posture.world_from_root);
+    let configuration = if is_projected {
         let target =
             ProjectionTarget { world_from_soles: &soles, region: &mode.region, com_margin };
         let begin = initial_guess(robot, &soles, &posture, free);
@@ -126,9 +129,12 @@ pub fn is_unbounded(attempt: u64) -> bool {
 }
 
 /// The number of attempts that this one counts for in S(T): a projection takes as long as several
-/// samples, and succeeds more often.
-pub fn attempt_weight(robot: &Mechanism, attempt: u32) -> u32 {
-    if is_projected(robot, u64::from(attempt)) { PROJECTION_WEIGHT } else { 1 }
+/// samples, and succeeds more often. Where the root leans far on the footholds it does not, and
+/// samples from all postures, to which few motions lead, are to come late.
+pub fn attempt_weight(robot: &Mechanism, pair: TransitionPair<'_>, attempt: u32) -> u32 {
+    let Crouch { roll, pitch, .. } = pair.stance.crouch.deeper(pair.other.crouch);
+    let leans_far = robot.is_projected_at(rotation_from_rpy(roll, pitch, 0.0));
+    if is_projected(robot, u64::from(attempt)) && !leans_far { PROJECTION_WEIGHT } else { 1 }
 }
 
 /// Whether an attempt is a projection: after samples have failed, and only where the legs have no

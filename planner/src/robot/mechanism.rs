@@ -1,6 +1,6 @@
 //! The robot, compiled once into the form that the search evaluates.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::PlannerConfig;
@@ -14,6 +14,7 @@ use crate::robot::configuration::Configuration;
 use crate::robot::free_joints::{FreeJoint, free_joints, trunk_joints};
 use crate::robot::mass_tree::MassTree;
 use crate::robot::sole::Sole;
+use crate::robot::tuning::PROJECTED_LEAN_COSINE;
 
 /// Most links of a robot, fixed ones included.
 pub const LINKS_MAX: usize = 192;
@@ -119,6 +120,14 @@ impl Mechanism {
             legs,
             standing_q,
         })
+    }
+
+    /// Whether configurations with this rotation of the root are projected: it leans far, and the
+    /// legs have no closed form. Near the singularities of such legs inverse kinematics of one leg
+    /// after the other finds hardly any.
+    pub fn is_projected_at(&self, world_from_root: DQuat) -> bool {
+        let up = world_from_root * DVec3::Z;
+        up.z < PROJECTED_LEAN_COSINE && !self.legs.iter().all(Leg::is_closed_form)
     }
 
     /// Moves both legs so that the soles reach these poses. Returns `false` if a leg has no

@@ -46,6 +46,9 @@ pub(crate) const PROJECTION_ROTATION_WEIGHT: f64 = 0.05;
 /// inward, and aims at the second.
 pub(crate) const PROJECTION_COM_DEPTHS: [f64; 2] = [1e-3, 3e-3];
 
+/// Cosine of the lean of the root from which on configurations are projected: 0.8 rad.
+pub(crate) const PROJECTED_LEAN_COSINE: f64 = 0.7;
+
 // Single-support postures.
 
 /// Share of the usable effort below which a posture needs no improvement.
