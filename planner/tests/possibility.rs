@@ -160,7 +160,7 @@ fn slanted_slot() -> Case {
 /// Searches with a leaning root that find a route through the slot, and the least roll of each.
 fn rolls_through_the_slot(has_roll: bool) -> Vec<f64> {
     let mut rolls = vec![];
-    for seed in 1..=8 {
+    for seed in 1..=16 {
         let mut compiled = Compiled::new(slanted_slot());
         if !has_roll {
             compiled.search.leave_out_roll();
@@ -176,9 +176,9 @@ fn rolls_through_the_slot(has_roll: bool) -> Vec<f64> {
 }
 
 #[test]
-fn the_root_rolls_where_a_level_one_finds_few_routes() {
+fn more_searches_find_a_route_where_the_root_rolls() {
     let [rolls, level] = [true, false].map(rolls_through_the_slot);
-    assert!(rolls.len() >= 6 && level.len() <= 3, "{rolls:?}, {level:?}");
+    assert!(rolls.len() >= 14 && level.len() <= 10, "{rolls:?}, {level:?}");
     assert!(rolls.iter().all(|&roll| roll < -0.1), "to the left: {rolls:?}");
     assert!(level.iter().all(|&roll| roll == 0.0), "{level:?}");
 }
