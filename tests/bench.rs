@@ -404,8 +404,15 @@ fn rho_measures_w_rpg_over_the_radius() {
     assert_eq!(output.code, 0, "{}", output.err);
     let csv = fs::read_to_string(Path::new(&out).join("rho.csv")).unwrap();
     let rows: Vec<&str> = csv.lines().skip(1).collect();
-    assert!(rows[0].contains(",w-rpg,1,1,1,") && rows[1].contains(",mmprm,,1,"), "{csv}");
+    assert!(rows[0].contains(",w-rpg,1,1,1,") && rows[1].contains(",mmprm,,,1,"), "{csv}");
     assert!(fs::read_to_string(Path::new(&out).join("rho.svg")).unwrap().starts_with("<svg"));
+    let growing =
+        ["--method", "rpg-discs", "--trials", "1", "--shares", "0.5", "--rho-growth", "2"];
+    let row = json(&folder.bench("rho", &[&growing[..], &["--json"]].concat()))["rows"][0].clone();
+    assert_eq!((&row["method"], &row["disc_radius_growth"]), (&"rpg-discs".into(), &2.0.into()));
+    assert!(row["found"] == 1 && row["disc_radius_share"] == 0.5, "{row}");
+    let other = folder.bench("rho", &["--method", "astar", "--trials", "1"]);
+    assert!(other.code == 2 && other.err.contains("w-rpg or rpg-discs"), "{}", other.err);
 }
 
 #[test]

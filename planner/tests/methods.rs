@@ -53,6 +53,21 @@ fn every_method_walks_over_a_floor() {
 }
 
 #[test]
+fn threads_change_no_method_in_harder_worlds_either() {
+    for (name, work_max) in [("stepping_stones", 12_000), ("pass_under", 6_000)] {
+        let case = Case::shipped(name).configured(|planner| planner.work_max = work_max);
+        for method in Method::ALL {
+            let ending = |threads, work| {
+                let mut planner = planner(&case, method, MethodParameters::default(), threads);
+                (run(&mut planner, work), planner.digest(), planner.stats().work)
+            };
+            let alone = ending(1, u64::MAX);
+            assert_eq!([ending(2, 1_000), ending(4, u64::MAX)], [alone; 2], "{name} {method:?}");
+        }
+    }
+}
+
+#[test]
 fn w_rpg_fails_where_its_samples_hold_no_walk() {
     let few = MethodParameters { placements: 3, rounds_max: 1, ..MethodParameters::default() };
     let mut planner = planner(&floor(), Method::WRpg, few, 1);

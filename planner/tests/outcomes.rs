@@ -17,6 +17,7 @@ use surefoot_planner::pipeline::outcome::{Bound, EndpointError};
 use surefoot_planner::relaxation::{Blockage, Obstruction};
 use surefoot_planner::robot::mechanism::{LINKS_MAX, MechanismError};
 use surefoot_planner::{Outcome, Planner, PlannerError, Status};
+use surefoot_shared_types::base::spatial::yaw_of;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::{Contact, RestState, SupportMode, Waypoint};
@@ -42,6 +43,20 @@ fn flat_walk() -> Case {
 #[test]
 fn a_walk_on_the_floor_is_found() {
     assert_eq!(outcome_of(&flat_walk()), Outcome::Found);
+}
+
+#[test]
+fn steep_stairs_are_climbed_without_a_straight_forward_sole() {
+    for seed in 1..=3 {
+        let mut planner = Case::shipped("stairs_steep").with_seed(seed).planner(1);
+        assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "seed {seed}");
+        let contacts = planner.chunks().iter().flat_map(|chunk| chunk.contacts());
+        let is_on_a_tread = |pose: &Pose| (0.1..1.5).contains(&pose.translation.z);
+        let treads = contacts.map(|contact| contact.world_from_sole()).filter(is_on_a_tread);
+        let headings = treads.map(|pose| yaw_of(pose.rotation).abs());
+        let straightest = headings.fold(f64::INFINITY, f64::min);
+        assert!(straightest.is_finite() && straightest > 15f64.to_radians(), "{straightest} rad");
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use surefoot_planner::methods::method::{Method, MethodParameters};
 
 use crate::cli::values::{positive, whole_number, whole_number_between};
 
-/// The parameters of the methods w-rpg and mmprm.
+/// The parameters of the methods w-rpg, rpg-discs and mmprm.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct MethodArguments {
     /// w-rpg: samples of C_N of one round
@@ -16,7 +16,7 @@ pub struct MethodArguments {
         value_parser = whole_number_between::<u32>(1, 1_000)
     )]
     pub route_samples: u32,
-    /// w-rpg, mmprm: placements of each foot of one round
+    /// w-rpg, rpg-discs, mmprm: placements of each foot of one round
     #[arg(
         long,
         value_name = "N",
@@ -24,7 +24,8 @@ pub struct MethodArguments {
         value_parser = whole_number_between::<u32>(1, 100_000)
     )]
     pub placements: u32,
-    /// w-rpg: radius of the discs about the route, relative to the longest level step
+    /// w-rpg, rpg-discs: radius of the first discs about the route, relative to the longest level
+    /// step
     #[arg(
         long,
         value_name = "X",
@@ -32,6 +33,15 @@ pub struct MethodArguments {
         value_parser = positive
     )]
     pub rho: f64,
+    /// w-rpg, rpg-discs: growth of the radius with each further round, up to twice the longest
+    /// level step; 1: none
+    #[arg(
+        long,
+        value_name = "G",
+        default_value_t = MethodParameters::default().disc_radius_growth,
+        value_parser = growth
+    )]
+    pub rho_growth: f64,
     /// w-rpg, mmprm: most rounds; 0: until the work limit
     #[arg(
         long,
@@ -45,9 +55,20 @@ pub struct MethodArguments {
 impl MethodArguments {
     /// The parameters.
     pub fn parameters(self) -> MethodParameters {
-        let Self { route_samples, placements, rho, rounds_max } = self;
-        MethodParameters { route_samples, placements, disc_radius_share: rho, rounds_max }
+        let Self { route_samples, placements, rho, rho_growth, rounds_max } = self;
+        MethodParameters {
+            route_samples,
+            placements,
+            disc_radius_share: rho,
+            disc_radius_growth: rho_growth,
+            rounds_max,
+        }
     }
+}
+
+fn growth(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number >= 1.0);
+    number.ok_or_else(|| "a number of at least 1 is needed".into())
 }
 
 /// A method by its name.

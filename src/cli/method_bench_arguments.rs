@@ -64,6 +64,9 @@ pub struct RhoArguments {
         value_parser = share
     )]
     pub shares: Vec<f64>,
+    /// The method: w-rpg, which is mmprm for an infinite radius, or rpg-discs
+    #[arg(long, value_name = "METHOD", default_value = "w-rpg", value_parser = method_with_discs)]
+    pub method: Method,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub common: MethodBenchArguments,
@@ -84,6 +87,12 @@ pub struct TheoryArguments {
     /// Write theory.json into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+fn method_with_discs(name: &str) -> Result<Method, String> {
+    let method = Method::from_name(name);
+    let has_discs = |method: &Method| matches!(method, Method::WRpg | Method::RpgDiscs);
+    method.filter(has_discs).ok_or_else(|| "w-rpg or rpg-discs is needed".into())
 }
 
 fn share(text: &str) -> Result<f64, String> {

@@ -6,6 +6,9 @@ pub enum Method {
     /// The Randomized Possibility Graph [Grey 3, 4].
     #[default]
     Rpg,
+    /// The same, but stage M samples placements uniformly in discs about the route, without any
+    /// ideals: rho as a parameter of the full planner [Grey 5.7.2].
+    RpgDiscs,
     /// Its simplified form, w-RPG [Grey 5.3].
     WRpg,
     /// w-RPG without stage P: placements are uniform over the world [Grey 5.7].
@@ -25,8 +28,9 @@ pub enum Method {
 
 impl Method {
     /// All methods.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Rpg,
+        Self::RpgDiscs,
         Self::WRpg,
         Self::Mmprm,
         Self::RandomMmp,
@@ -40,6 +44,7 @@ impl Method {
     pub fn name(self) -> &'static str {
         match self {
             Self::Rpg => "rpg",
+            Self::RpgDiscs => "rpg-discs",
             Self::WRpg => "w-rpg",
             Self::Mmprm => "mmprm",
             Self::RandomMmp => "random-mmp",
@@ -56,16 +61,23 @@ impl Method {
     }
 }
 
-/// The parameters of [`Method::WRpg`] and [`Method::Mmprm`].
+/// rho / R_max at which discs grow no more: the least radius of the proof [Grey 5.8].
+const GROWN_SHARE_MAX: f64 = 2.0;
+/// Rounds after which a radius counts as full-grown.
+const GROWING_ROUNDS_MAX: u64 = 1_000;
+
+/// The parameters of [`Method::WRpg`], [`Method::Mmprm`] and [`Method::RpgDiscs`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MethodParameters {
     /// N_P: samples of C_N of one round.
     pub route_samples: u32,
     /// N_sigma: placements of each foot of one round.
     pub placements: u32,
-    /// rho / R_max: radius of the discs about the vertices of a route, relative to the longest
-    /// level step.
+    /// rho_0 / R_max: radius of the discs of the first round about the vertices of a route,
+    /// relative to the longest level step.
     pub disc_radius_share: f64,
+    /// g: the radius of each further round relative to the one before; 1 keeps it.
+    pub disc_radius_growth: f64,
     /// Most rounds; each adds as many samples again. 0: until the work limit.
     pub rounds_max: u32,
 }
@@ -73,6 +85,44 @@ pub struct MethodParameters {
 impl Default for MethodParameters {
     /// R_max as radius; as many samples as find a walk over 3 m of floor in most first rounds.
     fn default() -> Self {
-        Self { route_samples: 100, placements: 400, disc_radius_share: 1.0, rounds_max: 0 }
+        Self {
+            route_samples: 100,
+            placements: 400,
+            disc_radius_share: 1.0,
+            disc_radius_growth: 1.0,
+            rounds_max: 0,
+        }
+    }
+}
+
+impl MethodParameters {
+    /// rho / R_max of a round, counted from 1: min(2, rho_0 g^(round - 1)), and never less than at
+    /// first [Grey 5.7.2].
+    pub fn disc_radius_share_of(&self, round: u64) -> f64 {
+        let first = self.disc_radius_share;
+        let rounds = round.saturating_sub(1).min(GROWING_ROUNDS_MAX);
+        let grown = first * libm::pow(self.disc_radius_growth, rounds as f64);
+        grown.min(GROWN_SHARE_MAX).max(first)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn discs_grow_up_to_twice_the_longest_step_and_never_shrink() {
+        let shares = |disc_radius_share, disc_radius_growth| {
+            let parameters = MethodParameters {
+                disc_radius_share,
+                disc_radius_growth,
+                ..MethodParameters::default()
+            };
+            [1, 2, 3, 4, u64::MAX].map(|round| parameters.disc_radius_share_of(round))
+        };
+        assert_eq!(shares(0.5, 2.0), [0.5, 1.0, 2.0, 2.0, 2.0]);
+        assert_eq!(shares(0.5, 1.0), [0.5; 5]);
+        assert_eq!(shares(3.0, 2.0), [3.0; 5]);
+        assert_eq!(shares(f64::INFINITY, 1.0), [f64::INFINITY; 5]);
     }
 }

@@ -45,7 +45,7 @@ impl MethodSearch {
         let lattice =
             |test| Some(Self::Lattice(Box::new(Lattice::new(test, footholds_max, prm()))));
         match method {
-            Method::Rpg => None,
+            Method::Rpg | Method::RpgDiscs => None,
             Method::WRpg => sampling(parameters),
             Method::Mmprm => {
                 sampling(MethodParameters { disc_radius_share: f64::INFINITY, ..parameters })

@@ -91,9 +91,9 @@ impl WRpg {
         Ok(MethodEvent::Continue)
     }
 
-    /// rho, m.
+    /// rho of the round, m.
     fn disc_radius(&self, bench: &Workbench<'_>) -> f64 {
-        self.parameters.disc_radius_share * bench.step_max()
+        self.parameters.disc_radius_share_of(u64::from(self.round)) * bench.step_max()
     }
 
     /// Height of the ground, m.

@@ -113,7 +113,7 @@ fn add_partner(graph: &ModeGraph, foothold: FootholdId, neighbours: &mut Neighbo
 /// the route has changed, of all. Returns `false` if no foothold was left.
 fn locate_next(context: &PlanningContext, search: &mut Search, budget: u64) -> bool {
     let (route, footholds) = (search.route.route(), search.roadmap.graph.footholds());
-    let may_face_anywhere = search.footholds.uniform.rounds > 0;
+    let may_face_anywhere = search.footholds.uniform.may_face_anywhere();
     let ids: Batch<usize> = (search.connections.nearest_vertices.len()..footholds.len())
         .take(items_in(budget, BATCH_MAX))
         .collect();

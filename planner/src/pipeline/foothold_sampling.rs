@@ -236,6 +236,21 @@ impl<'a> FootholdSampler<'a> {
         graph: &mut ModeGraph,
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
+        self.add_within(pose, limb, name, |_| true, (graph, scratch))
+    }
+
+    /// The same, of the footholds whose positions (m) `may_use` allows.
+    ///
+    /// # Errors
+    /// The foothold arena is full.
+    pub fn add_within(
+        &self,
+        pose: &Pose,
+        limb: usize,
+        name: (u64, u64),
+        may_use: impl Fn(DVec3) -> bool,
+        (graph, scratch): (&mut ModeGraph, &mut Scratch),
+    ) -> Result<(), ArenaFull> {
         let query = FootholdQuery {
             limb,
             ideal: *pose,
@@ -249,6 +264,9 @@ impl<'a> FootholdSampler<'a> {
         let robot = &self.constraints.robot;
         let mut result = Ok(());
         query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
+            if !may_use(placement.world_from_sole.translation) {
+                return ControlFlow::Continue(false);
+            }
             let polygon = placement.support.polygon;
             let foothold = Foothold::of(robot, limb, placement.world_from_sole, polygon);
             result = graph.add_foothold(foothold).map(|_| ());

@@ -173,10 +173,12 @@ fn sample_uniformly(
     let mut random = Random::new(context.seed, Stream::UniformFoothold, rounds, u64::from(left));
     let route = search.route.route();
     let vertex = random.below(route.vertex_count());
-    let ideal = search.footholds.uniform.draw(route.pose(vertex).position, &mut random);
+    let (around, uniform) = (route.pose(vertex).position, &search.footholds.uniform);
+    let ideal = uniform.draw(around, &mut random);
+    let may_use = |position| uniform.may_use(around, position);
     let sampler = FootholdSampler::new(context);
     let (graph, scratch) = (&mut search.roadmap.graph, &mut search.footholds.scratch[0]);
     let name = (u64::from(left) | 1 << 43, rounds);
-    sampler.add_at(&ideal, left as usize % 2, name, graph, scratch)?;
+    sampler.add_within(&ideal, left as usize % 2, name, may_use, (graph, scratch))?;
     Ok(Event::Continue)
 }

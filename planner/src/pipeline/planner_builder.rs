@@ -218,7 +218,8 @@ impl<'a> PlannerBuilder<'a> {
     pub fn build(self) -> Result<Planner, PlannerError> {
         let (context, placement) = self.context()?;
         let config = &self.scenario.planner;
-        let search = self.search(&context, &placement);
+        let mut search = self.search(&context, &placement);
+        search.direct.is_tried = search.footholds.uniform.replace_sweeps();
         let (method, parameters) = self.method;
         let method = MethodStage { search: MethodSearch::new(method, parameters, config) };
         let mut endpoints = EndpointStage::new(self.scenario, self.world);
@@ -292,6 +293,8 @@ impl<'a> PlannerBuilder<'a> {
         let bounds = context.constraints.collision.world_bounds();
         let ends = [&self.scenario.start, &self.scenario.goal];
         let walking_width = context.preparation.step_limits().walking_width();
+        let (method, parameters) = self.method;
+        let discs = (method == Method::RpgDiscs).then_some(parameters);
         let route = || {
             let spacing = config.route_vertex_spacing;
             RouteSearch::new(ends, walking_width, spacing, vertices_max, &bounds, placement)
@@ -310,6 +313,7 @@ impl<'a> PlannerBuilder<'a> {
                 uniform: UniformRounds::new(
                     context.preparation.step_limits().longest_level_step(),
                     bounds,
+                    discs,
                 ),
                 scratch: [(); 2].map(|()| Scratch::new(placement)),
             },

@@ -20,7 +20,6 @@ use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::stage::Event;
-use crate::pipeline::uniform_rounds::ROUND_FOOTHOLDS;
 use crate::possibility::{MidFeetPose, RouteSearch};
 use crate::preparation::planning_context::PlanningContext;
 
@@ -110,7 +109,11 @@ impl RecoveryStage {
             None => try_next(search, worst),
             Some(RecoveryAction::Resweep) => {
                 select_failures(search);
-                search.footholds.order = FootholdOrder::Sweep { next: 0 };
+                search.begin_sweep();
+                Event::NeedsFootholds
+            }
+            Some(RecoveryAction::SampleNear) if search.footholds.uniform.replace_sweeps() => {
+                search.begin_sweep();
                 Event::NeedsFootholds
             }
             Some(RecoveryAction::SampleNear) => {
@@ -145,7 +148,7 @@ impl RecoveryStage {
             RecoveryAction::Resweep | RecoveryAction::SampleNear => {
                 let vertices = search.route.route().vertex_count();
                 search.footholds.selection.select_about(vertices, frontiers.into_iter());
-                search.footholds.order = FootholdOrder::Sweep { next: 0 };
+                search.begin_sweep();
                 Event::NeedsFootholds
             }
             RecoveryAction::Detour => begin_detour(search, frontiers[0], frontier),
@@ -221,7 +224,7 @@ fn try_next(search: &mut Search, index: usize) -> Event {
     let is_due = id.map(|&id| &transitions[id as usize]).is_some_and(|transition| {
         !transition.is_found() && PERTURBED_AT.contains(&transition.attempts)
     });
-    if !is_due {
+    if !is_due || search.footholds.uniform.replace_sweeps() {
         return Event::Done;
     }
     search.footholds.order = FootholdOrder::Perturb { index, tried: 0, end: index + 1 };
@@ -265,7 +268,8 @@ fn begin_uniform(search: &mut Search) -> Event {
     }
     let first = search.roadmap.graph.footholds().len() as FootholdId;
     search.connections.uniform_from = Some(first);
-    search.footholds.order = FootholdOrder::Uniform { left: ROUND_FOOTHOLDS };
+    search.footholds.order =
+        FootholdOrder::Uniform { left: search.footholds.uniform.round_footholds() };
     Event::NeedsFootholds
 }
 

@@ -7,7 +7,6 @@ use surefoot_shared_types::message::SupportMode;
 use crate::base::capacity::ArenaFull;
 use crate::motion::ids::{GOAL, START};
 use crate::pipeline::direct_stage::poses_between;
-use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::live_routes::RouteChange;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
@@ -294,6 +293,6 @@ fn end(search: &mut Search) -> Event {
         return Event::NewRoute;
     }
     current.sweeps = 0;
-    search.footholds.order = FootholdOrder::Sweep { next: 0 };
+    search.begin_sweep();
     Event::Detour
 }

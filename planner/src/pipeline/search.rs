@@ -174,6 +174,16 @@ impl Search {
         is_due
     }
 
+    /// Begins a sweep of the selected vertices, or the round of uniform footholds that replaces it.
+    pub fn begin_sweep(&mut self) {
+        let FootholdSampling { order, uniform, .. } = &mut self.footholds;
+        *order = FootholdOrder::Sweep { next: 0 };
+        if uniform.replace_sweeps() {
+            uniform.rounds += 1;
+            *order = FootholdOrder::Uniform { left: uniform.round_footholds() };
+        }
+    }
+
     /// Whether a round of uniform footholds begins in place of leaving the route.
     pub fn is_uniform_due(&mut self) -> bool {
         self.limits.resorts.has(Resort::UniformRounds) && self.footholds.uniform.is_due()

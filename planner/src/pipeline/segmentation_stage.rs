@@ -9,7 +9,6 @@ use crate::constraints::foothold::{FootPlacement, Foothold};
 use crate::motion::ids::{GOAL, START};
 use crate::motion::roadmap::Boundary;
 use crate::pipeline::endpoints::{foothold_at, stand};
-use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::possibility::{IdealWidth, RouteSearch};
@@ -47,12 +46,12 @@ impl SegmentationStage {
             SEGMENT_VERTICES
         });
         let vertices = search.route.route().vertex_count();
-        let is_last =
-            vertex + SEGMENT_VERTICES / 2 >= vertices || search.footholds.uniform.rounds > 0;
+        let is_last = vertex + SEGMENT_VERTICES / 2 >= vertices
+            || search.footholds.uniform.may_face_anywhere();
         if is_last || search.roadmap.is_full_of_boundaries() {
             search.segmentation.push(GOAL, vertices - 1);
             search.segments.begin_route(search.segmentation.len());
-            search.footholds.order = FootholdOrder::Sweep { next: 0 };
+            search.begin_sweep();
             return Ok(Event::Done);
         }
         self.next = Some(vertex + 1);

@@ -1,6 +1,6 @@
 //! Rounds of footholds that are uniform over position and heading, without the tables, cells and
 //! limits of the other actions: with them every walk is found in the end, as docs/COMPLETENESS.md
-//! states it [Grey 5.3, 5.7.2].
+//! states it [Grey 5.3, 5.7.2]. In a search with discs of given radii, rounds replace all sweeps.
 
 use std::f64::consts::PI;
 
@@ -10,9 +10,10 @@ use surefoot_shared_types::base::spatial::rotation_about;
 
 use crate::base::random::Random;
 use crate::geometry::bvh::Aabb;
+use crate::methods::method::MethodParameters;
 
 /// Footholds that a round samples, of both feet together.
-pub(crate) const ROUND_FOOTHOLDS: u32 = 96;
+const ROUND_FOOTHOLDS: u32 = 96;
 /// Routes that are left before the first round, and more of them before each later one.
 const ROUTES_PER_ROUND: u64 = 3;
 /// rho of the first round, relative to the longest level step.
@@ -31,18 +32,39 @@ pub(crate) struct UniformRounds {
     step_max: f64,
     /// The bounds of the world, m.
     world: Aabb,
+    /// The radii and sizes of rounds that replace all sweeps; none where rounds are a last resort.
+    discs: Option<MethodParameters>,
 }
 
 impl UniformRounds {
-    /// No round yet, for a robot with this longest level step (m) in a world.
-    pub fn new(step_max: f64, world: Aabb) -> Self {
-        Self { rounds: 0, left: 0, step_max, world }
+    /// No round yet, for a robot with this longest level step (m) in a world. `discs` makes rounds
+    /// replace all sweeps.
+    pub fn new(step_max: f64, world: Aabb, discs: Option<MethodParameters>) -> Self {
+        Self { rounds: 0, left: 0, step_max, world, discs }
+    }
+
+    /// Whether rounds replace all sweeps.
+    pub fn replace_sweeps(&self) -> bool {
+        self.discs.is_some()
+    }
+
+    /// Whether footholds of any heading may be used, on a route of one segment.
+    pub fn may_face_anywhere(&self) -> bool {
+        self.rounds > 0 || self.discs.is_some()
+    }
+
+    /// Footholds that a round samples, of both feet together.
+    pub fn round_footholds(&self) -> u32 {
+        self.discs.map_or(ROUND_FOOTHOLDS, |parameters| 2 * parameters.placements)
     }
 
     /// Counts a route that is to be left. Returns whether a round begins in its place. The number
     /// of routes between two rounds grows, so that every sequence over the footholds of all rounds
     /// has its turn.
     pub fn is_due(&mut self) -> bool {
+        if self.discs.is_some() {
+            return false;
+        }
         self.left += 1;
         if self.left < ROUTES_PER_ROUND * (self.rounds + 1) {
             return false;
@@ -54,9 +76,21 @@ impl UniformRounds {
     /// rho of the current round, m: the radius of the discs about the vertices of the route. `None`
     /// for the whole world.
     fn disc_radius(&self) -> Option<f64> {
+        if let Some(parameters) = &self.discs {
+            let share = parameters.disc_radius_share_of(self.rounds);
+            return share.is_finite().then_some(share * self.step_max);
+        }
         let index = self.rounds.saturating_sub(1) % (RADII + 1);
         let doubled = FIRST_RADIUS_SHARE * self.step_max * (1 << index) as f64;
         (index < RADII).then_some(doubled)
+    }
+
+    /// Whether a placement may be used that was found near a drawn one: with discs of given radii,
+    /// if it lies in the disc about `around`.
+    pub fn may_use(&self, around: DVec3, position: DVec3) -> bool {
+        let disc_radius = self.discs.and(self.disc_radius());
+        let distance = around.truncate().distance(position.truncate());
+        disc_radius.is_none_or(|disc_radius| distance <= disc_radius)
     }
 
     /// A sole pose of the current round: uniform over a disc about a vertex at `around`, or over
@@ -82,7 +116,25 @@ mod tests {
     use crate::base::random::Stream;
 
     fn rounds() -> UniformRounds {
-        UniformRounds::new(0.8, Aabb { min: DVec3::splat(-2.0), max: DVec3::splat(3.0) })
+        UniformRounds::new(0.8, Aabb { min: DVec3::splat(-2.0), max: DVec3::splat(3.0) }, None)
+    }
+
+    #[test]
+    fn given_discs_grow_with_each_round_and_hold_every_placement() {
+        let parameters = MethodParameters {
+            disc_radius_share: 0.5,
+            disc_radius_growth: 2.0,
+            ..Default::default()
+        };
+        let mut uniform = UniformRounds { discs: Some(parameters), ..rounds() };
+        assert!(uniform.replace_sweeps() && uniform.may_face_anywhere());
+        assert!(!(1..=60).any(|_| uniform.is_due()));
+        for (round, disc_radius) in [(1, 0.4), (2, 0.8), (3, 1.6), (9, 1.6)] {
+            uniform.rounds = round;
+            assert_eq!(uniform.disc_radius(), Some(disc_radius));
+            let may_use = |distance| uniform.may_use(DVec3::Y, DVec3::new(distance, 1.0, 0.3));
+            assert!(may_use(0.99 * disc_radius) && !may_use(1.01 * disc_radius));
+        }
     }
 
     #[test]

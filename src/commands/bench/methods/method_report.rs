@@ -36,14 +36,24 @@ impl MethodReport {
 
     /// A table of the rows.
     pub fn table(&self) -> String {
-        let head =
-            ["scenario", "method", "rho/R_max", "found", "time", "work", "steps", "otherwise"];
+        let head = [
+            "scenario",
+            "method",
+            "rho/R_max",
+            "growth",
+            "found",
+            "time",
+            "work",
+            "steps",
+            "otherwise",
+        ];
         let cells = |row: &MethodRow| {
-            let share = row.disc_radius_share.map_or("-".to_owned(), |share| share.to_string());
+            let text = |number: Option<f64>| number.map_or("-".to_owned(), |it| it.to_string());
             vec![
                 row.scenario.clone(),
                 row.method.clone(),
-                share,
+                text(row.disc_radius_share),
+                text(row.disc_radius_growth),
                 format!("{}/{}", row.found, row.trials),
                 seconds(row.mean_seconds),
                 count(row.mean_work),
@@ -57,16 +67,18 @@ impl MethodReport {
 
     fn csv(&self) -> String {
         let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        let mut text = "scenario,method,rho_share,trials,found,mean_seconds,mean_work,mean_steps,\
+        let mut text =
+            "scenario,method,rho_share,rho_growth,trials,found,mean_seconds,mean_work,mean_steps,\
                         checked,refused,otherwise\n"
-            .to_owned();
+                .to_owned();
         for row in &self.rows {
             let _ = writeln!(
                 text,
-                "{},{},{},{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{},{},{},{}",
                 row.scenario,
                 row.method,
                 number(row.disc_radius_share),
+                number(row.disc_radius_growth),
                 row.trials,
                 row.found,
                 number(row.mean_seconds),

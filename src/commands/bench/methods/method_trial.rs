@@ -89,8 +89,10 @@ pub struct MethodRow {
     pub scenario: String,
     /// The method's name.
     pub method: String,
-    /// rho / R_max; null for methods without discs, infinite ones included.
+    /// rho / R_max of the first round; null for methods without discs, infinite ones included.
     pub disc_radius_share: Option<f64>,
+    /// Growth of rho with each further round; null likewise.
+    pub disc_radius_growth: Option<f64>,
     /// Searches made.
     pub trials: usize,
     /// Searches that found a plan.
@@ -122,11 +124,13 @@ impl MethodRow {
             *outcomes.entry(trial.trial.outcome.clone()).or_default() += 1;
         }
         let share = setup.parameters.disc_radius_share;
-        let has_discs = setup.method == Method::WRpg && share.is_finite();
+        let has_discs =
+            matches!(setup.method, Method::WRpg | Method::RpgDiscs) && share.is_finite();
         Self {
             scenario: setup.inputs.scenario.name.clone(),
             method: setup.method.name().to_owned(),
             disc_radius_share: has_discs.then_some(share),
+            disc_radius_growth: has_discs.then_some(setup.parameters.disc_radius_growth),
             trials: trials.len(),
             found: found.len(),
             outcomes,

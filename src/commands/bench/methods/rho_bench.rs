@@ -1,5 +1,5 @@
-//! `surefoot bench rho`: figure 5.8 of the thesis, the mean time of w-RPG over the radius of the
-//! discs [Grey 5.7.2].
+//! `surefoot bench rho`: figure 5.8 of the thesis, the mean time of w-RPG, or of the full planner
+//! with placements in discs, over the radius of the discs [Grey 5.7.2].
 
 use surefoot_planner::methods::method::{Method, MethodParameters};
 
@@ -30,9 +30,10 @@ pub fn run(arguments: &RhoArguments) -> Result<CommandOutcome, CommandError> {
     for inputs in &scenarios {
         for &share in &arguments.shares {
             let samples = arguments.common.samples.parameters();
+            let is_mmprm = arguments.method == Method::WRpg && share.is_infinite();
             let setup = MethodSetup {
                 inputs,
-                method: if share.is_finite() { Method::WRpg } else { Method::Mmprm },
+                method: if is_mmprm { Method::Mmprm } else { arguments.method },
                 parameters: MethodParameters { disc_radius_share: share, ..samples },
                 work_max: arguments.common.work,
                 threads: arguments.common.threads.count(),
@@ -45,14 +46,14 @@ pub fn run(arguments: &RhoArguments) -> Result<CommandOutcome, CommandError> {
     let report = MethodReport { schema, machine, work_max: arguments.common.work, rows };
     if let Some(folder) = &arguments.out {
         report.save(folder, "rho")?;
-        output_files::write_text(&figure(&report.rows), &folder.join("rho.svg"))?;
+        output_files::write_text(&figure(arguments.method, &report.rows), &folder.join("rho.svg"))?;
     }
     print_report(&report, arguments.common.json, || report.table())?;
     Ok(CommandOutcome::Done)
 }
 
 /// Figure 5.8: mean time over rho / R_max, relative to the least of the scenario.
-fn figure(rows: &[MethodRow]) -> String {
+fn figure(method: Method, rows: &[MethodRow]) -> String {
     let mut curves: Vec<Curve> = vec![];
     for row in rows {
         let Some(seconds) = row.mean_seconds else { continue };
@@ -66,6 +67,7 @@ fn figure(rows: &[MethodRow]) -> String {
         let least = curve.points.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
         curve.points.iter_mut().for_each(|point| point.1 /= least);
     }
-    let title = "w-RPG: mean time of the searches that found a walk, relative to the least";
-    log_log(title, "rho / R_max (10: infinite)", "time / least time", &curves)
+    let name = method.name();
+    let title = format!("{name}: mean time of searches that found a walk, relative to the least");
+    log_log(&title, "rho / R_max (10: infinite)", "time / least time", &curves)
 }
