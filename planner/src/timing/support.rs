@@ -181,8 +181,8 @@ mod tests {
             .into_iter()
             .collect();
         assert!((width(&sole) - 0.1).abs() < 1e-12);
-        assert!((Level::Full.cop_margin(0.1) - 0.012).abs() < 1e-12);
-        assert!((Level::Inclined.cop_margin(0.1) - 0.024).abs() < 1e-12);
+        assert!((Level::Full.cop_margin(0.1) - 0.015).abs() < 1e-12);
+        assert!((Level::Inclined.cop_margin(0.1) - 0.027).abs() < 1e-12);
         let inner = inset(&sole, 0.012);
         assert_eq!(inner.len(), 4);
         assert!(
