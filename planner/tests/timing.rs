@@ -478,7 +478,7 @@ fn where_a_window_fails_the_motion_is_that_of_the_window_before() {
     for span in 0..spans {
         let times = timing.span_times(span);
         for chunk in 0..times.chunks() {
-            assert!(timing.stop(path, span, chunk).is_some(), "{span} {chunk}");
+            assert!(timing.stop(span, chunk).is_some(), "{span} {chunk}");
         }
         last = Some(timing.waypoint(path, span, &times, times.intervals));
     }
@@ -517,7 +517,6 @@ fn every_chunk_holds_a_stop_within_the_limits() {
     let walk = smooth_walk(&model, 4, 0.12);
     let mut timing = timing_of(&model, &walk);
     let spans = timed(&mut timing, &walk);
-    let path = walk.path();
     let all: Vec<Waypoint> = spans.concat();
     let (mut brake_after, mut longest, mut latest) = (0.0, 0.0_f64, f64::INFINITY);
     for (index, waypoints) in spans.iter().enumerate() {
@@ -526,7 +525,7 @@ fn every_chunk_holds_a_stop_within_the_limits() {
             let [first, last] = times.chunk(chunk);
             let (begin, end) = (waypoints[first].time, waypoints[last].time);
             assert!(last - first < 32 && times.chunk_times(chunk) == [begin, end]);
-            let stop = timing.stop(path, index, chunk).unwrap();
+            let stop = timing.stop(index, chunk).unwrap();
             println!("{index} {begin:.3}..{end:.3} {stop:?}");
             let rest = stop.brake_at + 0.5 * stop.brake_duration;
             assert!(stop.brake_at >= brake_after && rest <= end + 1e-9 && rest > begin);
@@ -574,7 +573,7 @@ fn no_ramp_begins_before_a_rest_that_lies_before_its_chunk() {
     let rest = timing.span_times(5).begin;
     for span in 0..walk.spans.len() {
         for chunk in 0..timing.span_times(span).chunks() {
-            let stop = timing.stop(walk.path(), span, chunk).unwrap();
+            let stop = timing.stop(span, chunk).unwrap();
             assert!(span < 5 || stop.brake_at >= rest, "{span} {chunk} {stop:?} {rest}");
             assert!(span >= 5 || stop.brake_at <= rest, "{span} {chunk} {stop:?} {rest}");
         }

@@ -31,7 +31,7 @@ fn timing_allocates_no_memory() {
                 std::hint::black_box(timing.waypoint(path, span, &times, index));
             }
             for chunk in 0..times.chunks() {
-                brake_after = timing.stop(path, span, chunk).unwrap().brake_at;
+                brake_after = timing.stop(span, chunk).unwrap().brake_at;
             }
         }
     }

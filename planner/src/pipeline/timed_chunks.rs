@@ -153,23 +153,50 @@ impl TimedChunks {
         self.pieces.rotate_left(1);
         self.pieces[OPEN_PIECES] = known;
         let open = path.spans[self.pieces[0].max(self.first)].first;
-        let known_path = Path { spans: &path.spans[self.first..known], ..path };
-        let [fixed, written] =
-            [self.pieces[0], self.written].map(|spans| spans.saturating_sub(self.first));
-        if !self.timing.solve(known_path, fixed, written) {
+        // The first piece alone is final only where the next one has no timing, or there is none.
+        let is_first = self.pieces[0] <= self.first && known < path.spans.len();
+        if !is_first && !self.solve(path, known) {
             self.counts.untimed_pieces += 1;
-            if self.timing.end_at_last_rest(known_path) == 0 {
-                self.timing.begin();
-            }
             self.untimed_end = Some(known);
+            let known_path = Path { spans: &path.spans[self.first..known], ..path };
+            if self.timing.end_at_last_rest(known_path) == 0 {
+                self.leave_piece_untimed(path)?;
+            }
         }
         Ok(UNITS_PER_POINT * (points + (span.last - open) as u64))
     }
 
+    /// Times the spans of the present timing before `end`. Returns whether that is within the
+    /// limits.
+    fn solve(&mut self, path: Path<'_>, end: usize) -> bool {
+        let [fixed, written] =
+            [self.pieces[0], self.written].map(|spans| spans.saturating_sub(self.first));
+        self.timing.solve(Path { spans: &path.spans[self.first..end], ..path }, fixed, written)
+    }
+
+    /// Times the first piece of the present timing alone, where there is another one. Where that
+    /// fails, the first one has no timing.
+    fn leave_piece_untimed(&mut self, path: Path<'_>) -> Result<(), ArenaFull> {
+        self.timing.begin();
+        let end = self.pieces[0];
+        if end <= self.first {
+            return Ok(());
+        }
+        let first_piece = Path { spans: &path.spans[self.first..end], ..path };
+        for _ in first_piece.spans {
+            self.timing.add_span(first_piece)?;
+        }
+        if !self.timing.solve(first_piece, 0, 0) {
+            self.timing.begin();
+            self.untimed_end = Some(end);
+        }
+        Ok(())
+    }
+
     /// How the robot stops in a chunk of a span of the present timing. Where no ramp is within the
     /// limits, it is the longest one.
-    fn stop(&mut self, timed: Path<'_>, (span, chunk): (usize, usize), end: f64) -> Stop {
-        let found = self.timing.stop(timed, span, chunk);
+    fn stop(&mut self, (span, chunk): (usize, usize), end: f64) -> Stop {
+        let found = self.timing.stop(span, chunk);
         self.counts.without_stop += u64::from(found.is_none());
         found.unwrap_or_else(|| {
             let seconds = 2.0 * (end - self.brake_after);
@@ -191,7 +218,7 @@ impl TimedChunks {
         let count = times.chunks();
         for part in 0..count {
             let [first, last] = times.chunk(part);
-            let stop = self.stop(timed, (span, part), times.at(last, times.intervals));
+            let stop = self.stop((span, part), times.at(last, times.intervals));
             self.brake_after = stop.brake_at;
             let binding = self.timing.binding_times(span, part);
             self.binding.add_all(&binding);
@@ -216,7 +243,7 @@ impl TimedChunks {
         let intervals = span.last - span.first;
         let parts = parts_between(&path.points[span.first..=span.last]);
         let per_chunk = RESTING_INTERVALS_MAX / parts;
-        let at = |place: usize| {
+        let mut at = |place: usize| {
             let points = &path.points[span.first..];
             let [from, to] = [place / parts, place.div_ceil(parts)].map(|at| points[at].parameter);
             let part = (place % parts) as f64 / parts as f64;
@@ -225,7 +252,7 @@ impl TimedChunks {
         let mut written = 0;
         for first in (0..intervals).step_by(per_chunk) {
             let last = (first + per_chunk).min(intervals);
-            chunks.append_resting(span, (first * parts..last * parts + 1).map(at))?;
+            chunks.append_resting(span, (first * parts..last * parts + 1).map(&mut at))?;
             written += 1;
         }
         self.written += 1;

@@ -94,6 +94,16 @@ impl ContactProblem<'_> {
         }
     }
 
+    /// Whether contact forces hold the robot at a rate for which no program is needed: those in
+    /// closed form, or any where the only sole is a rectangle.
+    pub(crate) fn is_known_to_hold(&self, rate: DVec2) -> bool {
+        self.has_closed_form(rate) || {
+            let [foot] = self.support.feet.as_slice() else { return false };
+            let (force, moment) = self.dynamics.wrench_at(rate);
+            single_contact::rectangle_holds(foot, force, moment - foot.center.cross(force))
+        }
+    }
+
     /// Whether each of two feet bears its wrench. One without load does.
     fn feet_hold(&self, wrenches: [FootWrench; 2]) -> bool {
         let loaded = |force: DVec3| force.length() > UNLOADED * self.weight();
@@ -156,7 +166,7 @@ impl ContactRates {
 
     /// Whether contact forces exist at a rate.
     pub(crate) fn admits(&mut self, problem: &ContactProblem<'_>, rate: DVec2) -> bool {
-        problem.has_closed_form(rate) || self.has_forces(problem, rate)
+        problem.is_known_to_hold(rate) || self.has_forces(problem, rate)
     }
 
     /// The same by the program.
@@ -322,22 +332,25 @@ mod tests {
     use crate::robot::inverse_dynamics::{GeneralizedForce, LinkFrames};
     use crate::timing::support::FootSupport;
 
-    #[test]
-    fn forces_in_closed_form_are_forces_of_the_program_too() {
-        let corners = [(-0.1, -0.05), (0.1, -0.05), (0.12, 0.0), (0.1, 0.05), (-0.1, 0.05)];
-        let foot = FootSupport {
+    fn foot(corners: &[(f64, f64)]) -> FootSupport {
+        FootSupport {
             limb: 0,
             center: DVec3::ZERO,
-            polygon: corners.map(DVec2::from).into_iter().collect(),
+            polygon: corners.iter().copied().map(DVec2::from).collect(),
             width: 0.1,
             axes: glam::DMat3::from_rotation_x(0.1),
             friction: 0.6,
-        };
+        }
+    }
+
+    /// Of 400 loads of a foot, those that it bears as the program has it and in another way, and
+    /// those of which both have the same.
+    fn borne(foot: FootSupport, holds: fn(&FootSupport, DVec3, DVec3) -> bool) -> [u32; 3] {
         let support = Support { feet: [foot].into_iter().collect() };
         let (chains, efforts) = (Chains::default(), [1.0; JOINTS_MAX]);
         let mut rates = ContactRates::default();
         let mut random = Random::new(5, Stream::Shortcut, 0, 0);
-        let [mut closed, mut held] = [0; 2];
+        let [mut held, mut closed, mut both] = [0; 3];
         for _ in 0..400 {
             let mut number = |size: f64| random.uniform(-size, size);
             let force = DVec3::new(number(300.0), number(300.0), 500.0 + number(100.0));
@@ -358,11 +371,28 @@ mod tests {
                 mass: 50.0,
             };
             let by_program = rates.has_forces(&problem, DVec2::ZERO);
-            let in_closed_form = single_contact::holds(&support.feet[0], force, moment);
-            assert!(by_program || !in_closed_form, "{force} {moment}");
-            closed += u32::from(in_closed_form);
+            let in_closed_form = holds(&support.feet[0], force, moment);
             held += u32::from(by_program);
+            closed += u32::from(in_closed_form);
+            both += u32::from(by_program && in_closed_form);
         }
-        assert!(held < 390 && 2 * closed > held, "{closed} of {held}");
+        [held, closed, both]
+    }
+
+    #[test]
+    fn forces_in_closed_form_are_forces_of_the_program_too() {
+        let corners = [(-0.1, -0.05), (0.1, -0.05), (0.12, 0.0), (0.1, 0.05), (-0.1, 0.05)];
+        let [held, closed, both] = borne(foot(&corners), single_contact::holds);
+        assert!(closed == both && held < 390 && 2 * closed > held, "{closed} of {held}");
+        let [_, closed, _] = borne(foot(&corners), single_contact::rectangle_holds);
+        assert_eq!(closed, 0, "not known of other polygons");
+    }
+
+    #[test]
+    fn the_forces_of_a_rectangle_are_those_of_the_program() {
+        let corners = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)];
+        let [held, closed, both] = borne(foot(&corners), single_contact::rectangle_holds);
+        assert!(closed == both && held == both, "{held} {closed} {both}");
+        assert!((20..380).contains(&held), "{held}");
     }
 }

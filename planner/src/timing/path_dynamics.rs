@@ -60,18 +60,15 @@ impl Affine {
 }
 
 impl PathDynamics {
-    /// The dynamics of a robot at a point of a path.
-    pub fn new(robot: &InverseDynamics, state: &PathState<'_>, gravity: f64) -> Self {
+    /// Writes the dynamics of a robot at a point of a path. The memory is new, or of the same
+    /// robot.
+    pub fn write(&mut self, robot: &InverseDynamics, state: &PathState<'_>, gravity: f64) {
         const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
-        let mut frames = LinkFrames::default();
-        robot.place(state.root, state.q, &mut frames);
-        Self {
-            by_acceleration: robot.effort(&frames, &REST, state.first, 0.0),
-            by_speed: robot.effort(&frames, state.first, state.second, 0.0),
-            standing: robot.effort(&frames, &REST, &REST, gravity),
-            origin: state.root.translation,
-            frames,
-        }
+        robot.place(state.root, state.q, &mut self.frames);
+        self.by_acceleration = robot.effort(&self.frames, &REST, state.first, 0.0);
+        self.by_speed = robot.effort(&self.frames, state.first, state.second, 0.0);
+        self.standing = robot.effort(&self.frames, &REST, &REST, gravity);
+        self.origin = state.root.translation;
     }
 
     /// A coordinate of the wrench about `point`: force x, y, z, then moment x, y, z.
@@ -125,15 +122,10 @@ impl PathDynamics {
         Some(self.affine(|effort| self.torque_of(effort, joint, is_loaded)))
     }
 
-    /// The same at one instant of a motion, of which all is the constant part.
-    pub(crate) fn own_torque_of_instant(
-        &self,
-        support: &Support,
-        chains: &Chains,
-        joint: usize,
-    ) -> Option<f64> {
-        let is_loaded = bears_all(support, chains, joint)?;
-        Some(self.torque_of(&self.standing, joint, is_loaded))
+    /// The torque of a joint at one instant of a motion, of which all is the constant part;
+    /// `is_loaded`: the only contact is beyond it.
+    pub(crate) fn torque_of_instant(&self, joint: usize, is_loaded: bool) -> f64 {
+        self.torque_of(&self.standing, joint, is_loaded)
     }
 
     /// A joint's part of an effort; `is_loaded`: the only contact is beyond it.
@@ -153,7 +145,7 @@ impl PathDynamics {
 }
 
 /// Whether the only contact is beyond a joint; `None` where one of two is.
-fn bears_all(support: &Support, chains: &Chains, joint: usize) -> Option<bool> {
+pub(crate) fn bears_all(support: &Support, chains: &Chains, joint: usize) -> Option<bool> {
     let is_beyond = support.feet.iter().any(|foot| chains[foot.limb].contains(&joint));
     (!is_beyond || support.feet.len() == 1).then_some(is_beyond)
 }

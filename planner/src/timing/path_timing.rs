@@ -170,7 +170,7 @@ impl PathTiming {
             let next = parameter_of((at + 1).min(count - 1));
             let inner = [1.0, 2.0].map(|part| {
                 let state = state_at(points, parameter + part / 3.0 * (next - parameter));
-                self.robot.load_by_speed(&contacts.ground, &state)
+                self.robot.load_by_speed(&mut self.memory, &contacts.ground, &state)
             });
             let landing = (landing.as_ref(), at + 1 == count);
             let PointLimits { rates, level, balance } =
@@ -369,14 +369,14 @@ impl PathTiming {
 
     /// A waypoint at rest on a span at a value of the path's parameter, with its feed-forward
     /// torques.
-    pub fn resting_waypoint(&self, path: Path<'_>, span: usize, parameter: f64) -> Waypoint {
+    pub fn resting_waypoint(&mut self, path: Path<'_>, span: usize, parameter: f64) -> Waypoint {
         let known = &path.spans[span];
         let points = &path.points[known.first..=known.last];
         let [begin, end] = [&points[0], &points[points.len() - 1]].map(|point| point.parameter);
         let mut waypoint = state_at(points, parameter).rested();
         let progress = (parameter - begin) / (end - begin);
         let at = (&LoadSchedule::beside(path.spans, span), progress);
-        self.robot.write_torques(known, Level::Bare, at, &mut waypoint);
+        self.robot.write_torques(&mut self.memory, known, Level::Bare, at, &mut waypoint);
         waypoint
     }
 
@@ -395,13 +395,13 @@ impl PathTiming {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it; `None` where
     /// that has none.
-    pub fn stop(&self, path: Path<'_>, span: usize, chunk: usize) -> Option<Stop> {
-        self.stops.stop(&mut TimedMotion::new(&self.robot, path, &self.timed), span, chunk)
+    pub fn stop(&self, span: usize, chunk: usize) -> Option<Stop> {
+        self.stops.stop(span, chunk)
     }
 
     /// A waypoint of a span with its feed-forward torques.
     pub fn waypoint(
-        &self,
+        &mut self,
         path: Path<'_>,
         span: usize,
         times: &SpanTimes,
@@ -413,7 +413,8 @@ impl PathTiming {
         let schedule = LoadSchedule::beside(path.spans, span);
         let progress = index as f64 / times.intervals as f64;
         let level = self.timed.nodes[node].level;
-        self.robot.write_torques(&path.spans[span], level, (&schedule, progress), &mut waypoint);
+        let (known, at) = (&path.spans[span], (&schedule, progress));
+        self.robot.write_torques(&mut self.memory, known, level, at, &mut waypoint);
         waypoint
     }
 }

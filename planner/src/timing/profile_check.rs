@@ -1,16 +1,17 @@
 //! Whether the rounded motion of a profile is within the limits, and where it has to be slower.
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
-use surefoot_shared_types::message::interpolation::hermite;
-use surefoot_shared_types::message::{Interpolation, Waypoint};
+use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::message::interpolation::{hermite, quintic_motion, stands};
 
+use crate::timing::limits::Level;
 use crate::timing::motion_changes::{Checked, MotionChanges};
 use crate::timing::path_point::Path;
 use crate::timing::slow_downs::SlowDowns;
 use crate::timing::time_law::PathRates;
 use crate::timing::timed_motion::EmittedInterval;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
-use crate::timing::timed_robot::{SpanContacts, TimedRobot, TimingMemory};
+use crate::timing::timed_robot::{AskedOfRobot, SpanContacts, TimedRobot, TimingMemory};
 use crate::timing::tuning::{COP_MARGIN_BETWEEN, RATES_SHARE_MAX, ROUNDING_TIME, SLOWER};
 
 /// Rounding of shares of limits.
@@ -21,8 +22,8 @@ const RATE_PARTS: usize = 4;
 /// between two waypoints from a straight line, up to which the middle between them is checked
 /// alone. The first one moves the zero-moment point by 1 cm.
 const EVEN_MAX: [f64; 2] = [0.1, 1.5];
-/// The parts into which the curve between other waypoints is divided.
-const PARTS_WHERE_UNEVEN: usize = 8;
+/// A waypoint, and what it asks of the robot where that is within the limits.
+type Known<'a> = (&'a Waypoint, &'a Option<AskedOfRobot>);
 
 /// Compares a motion with the limits. Spans that are unchanged since they were within the limits
 /// are not compared again.
@@ -115,37 +116,80 @@ impl ProfileCheck<'_> {
     fn span_is_within(&mut self, span: usize, times: &SpanTimes, from: f64) -> bool {
         let mut is_within = true;
         let contacts = &self.robot.span_contacts(&self.path.spans[span], COP_MARGIN_BETWEEN);
+        let on = (span, contacts);
         let mut here = self.timed.state(self.path, span, times, 0);
-        for index in 0..=times.intervals {
-            if here.time >= from {
-                is_within &= self.sample_is_within((span, contacts), &here);
+        let mut asked = None;
+        if here.time >= from {
+            asked = self.sample_asks(on, &here);
+            is_within &= asked.is_some();
+        }
+        for index in 0..times.intervals {
+            let next = self.timed.state(self.path, span, times, index + 1);
+            let mut next_asked = None;
+            if next.time >= from {
+                next_asked = self.sample_asks(on, &next);
+                is_within &= next_asked.is_some();
             }
-            if index < times.intervals {
-                let next = self.timed.state(self.path, span, times, index + 1);
-                if 0.5 * (here.time + next.time) >= from {
-                    is_within &= self.curve_is_within((span, contacts), [&here, &next]);
-                }
-                here = next;
+            if 0.5 * (here.time + next.time) >= from {
+                is_within &= self.curve_is_within(on, [(&here, &asked), (&next, &next_asked)]);
             }
+            (here, asked) = (next, next_asked);
         }
         is_within
     }
 
-    /// Checks instants between two waypoints: the middle, and more where an acceleration is far
-    /// from a straight line.
-    fn curve_is_within(
+    /// Checks instants between two waypoints, and what they ask of the robot: the middle, and more
+    /// where an acceleration is far from a straight line.
+    fn curve_is_within(&mut self, on: (usize, &SpanContacts<'_>), ends: [Known<'_>; 2]) -> bool {
+        let [(here, _), (next, _)] = ends;
+        let at = |part: f64| quintic_motion(here, next, here.time + (next.time - here.time) * part);
+        if is_even(here, next) {
+            return self.sample_is_within(on, &at(0.5));
+        }
+        self.uneven_curve_is_within(on, ends, at)
+    }
+
+    /// Checks instants between two waypoints as if what they ask of the robot were the polynomial
+    /// of degree 3 through that at both waypoints and a quarter from them; where it is not within
+    /// the limits, the instant itself.
+    fn uneven_curve_is_within(
         &mut self,
         on: (usize, &SpanContacts<'_>),
-        [here, next]: [&Waypoint; 2],
+        [(_, first), (_, last)]: [Known<'_>; 2],
+        at: impl Fn(f64) -> Waypoint,
     ) -> bool {
-        let parts = if is_even(here, next) { 2 } else { PARTS_WHERE_UNEVEN };
-        let mut is_within = true;
-        for part in 1..parts {
-            let time = here.time + (next.time - here.time) * part as f64 / parts as f64;
-            let sample = Interpolation::Quintic.between(here, next, time);
-            is_within &= self.sample_is_within(on, &sample);
+        let quarters = [0.25, 0.75].map(|part| self.sample_asks(on, &at(part)));
+        let mut is_within = quarters.iter().all(Option::is_some);
+        let known = match (first, &quarters, last) {
+            (Some(a), [Some(b), Some(c)], Some(d)) => Some([a, b, c, d]),
+            _ => None,
+        };
+        for part in [0.125, 0.375, 0.5, 0.625, 0.875] {
+            let sample = at(part);
+            let is_borne = known.is_some_and(|known| {
+                let asked = AskedOfRobot::interpolated(known, weights_at(part));
+                self.robot.bears(self.memory, on.1, self.level_at(on.0, &sample), (&sample, &asked))
+            });
+            is_within &= is_borne || self.sample_is_within(on, &sample);
         }
         is_within
+    }
+
+    /// The level of the nodes around a sample.
+    fn level_at(&self, span: usize, sample: &Waypoint) -> Level {
+        let position = self.timed.law.at(sample.time).position;
+        let (node, _) = self.timed.node_before(span, position);
+        self.timed.nodes[node].level.max(self.timed.nodes[node + 1].level)
+    }
+
+    /// What a sample asks of the robot, if it is within the limits.
+    fn sample_asks(
+        &mut self,
+        on: (usize, &SpanContacts<'_>),
+        sample: &Waypoint,
+    ) -> Option<AskedOfRobot> {
+        let is_within = self.sample_is_within(on, sample);
+        is_within.then(|| self.robot.asked(self.memory, on.1, sample))
     }
 
     /// Compares a sample with the first level, from those of the nodes around it on, within which
@@ -179,15 +223,25 @@ impl ProfileCheck<'_> {
     }
 }
 
+/// The weights of four instants, at 0, 1/4, 3/4 and 1, in the polynomial of degree 3 through them.
+fn weights_at(part: f64) -> [f64; 4] {
+    const PLACES: [f64; 4] = [0.0, 0.25, 0.75, 1.0];
+    PLACES.map(|own| {
+        let others = PLACES.iter().filter(|&&other| other != own);
+        others.map(|other| (part - other) / (own - other)).product()
+    })
+}
+
 /// Whether the accelerations between two waypoints are near a straight line, a quarter from both.
 fn is_even(here: &Waypoint, next: &Waypoint) -> bool {
     let seconds = next.time - here.time;
     let is_near = |[from, to]: [[f64; 3]; 2], most: f64| {
-        [0.25, 0.75].iter().all(|&part| {
-            let [.., acceleration] = hermite(from, to, seconds, part * seconds);
-            let straight = from[2] + (to[2] - from[2]) * part;
-            (acceleration - straight).abs() <= most
-        })
+        stands(from, to)
+            || [0.25, 0.75].iter().all(|&part| {
+                let [.., acceleration] = hermite(from, to, seconds, part * seconds);
+                let straight = from[2] + (to[2] - from[2]) * part;
+                (acceleration - straight).abs() <= most
+            })
     };
     let root = |at: &Waypoint, axis: usize| {
         [at.root_position[axis], at.root_velocity[axis], at.root_acceleration[axis]]
@@ -198,4 +252,19 @@ fn is_even(here: &Waypoint, next: &Waypoint) -> bool {
     (0..3).all(|axis| is_near([here, next].map(|at| root(at, axis)), EVEN_MAX[0]))
         && (0..JOINTS_MAX)
             .all(|index| is_near([here, next].map(|at| joint(at, index)), EVEN_MAX[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_instants_give_a_polynomial_of_degree_3() {
+        let cubic = |part: f64| 3.0 - 2.0 * part + 5.0 * part * part - 7.0 * part * part * part;
+        for part in [0.125, 0.375, 0.5, 0.625, 0.875] {
+            let known = [0.0, 0.25, 0.75, 1.0].map(cubic);
+            let sum: f64 = weights_at(part).into_iter().zip(known).map(|(w, at)| w * at).sum();
+            assert!((sum - cubic(part)).abs() < 1e-12, "{part}: {sum}");
+        }
+    }
 }

@@ -10,6 +10,8 @@ use crate::timing::support::FootSupport;
 const SHARE_ROUNDING: f64 = 1e-6;
 /// How far a force may be beyond friction by rounding, relative.
 const FRICTION_ROUNDING: f64 = 1e-9;
+/// Rounding of the corners of a rectangle, m.
+const SIDES_ROUNDING: f64 = 1e-9;
 /// Least mean squared distance (m2) of the corners from the centre of pressure that bears a moment.
 const SPREAD_MIN: f64 = 1e-9;
 
@@ -34,6 +36,34 @@ pub(crate) fn holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
         let tangent = force.truncate() + arm.perp() * (turning / spread);
         *share == 0.0 || tangent.abs().max_element() <= limit
     })
+}
+
+/// Whether any forces at the corners of a foot whose polygon is a rectangle along its axes bear a
+/// wrench: a force (N) and a moment about the foot's centre (N m) [Caron et al. 2015]. Not known of
+/// other polygons.
+pub(crate) fn rectangle_holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
+    let Some(half) = half_sides(&foot.polygon) else { return false };
+    let (force, moment) = (foot.axes.transpose() * force, foot.axes.transpose() * moment);
+    let friction = foot.friction * std::f64::consts::FRAC_1_SQRT_2;
+    let twist_max = friction * (half.x + half.y) * force.z;
+    let used = |sign: f64| {
+        let along = half.y * force.x - sign * friction * moment.x;
+        let across = half.x * force.y - sign * friction * moment.y;
+        along.abs() + across.abs() - sign * moment.z
+    };
+    force.z > 0.0
+        && force.truncate().abs().max_element() <= friction * force.z
+        && moment.x.abs() <= half.y * force.z
+        && moment.y.abs() <= half.x * force.z
+        && used(1.0).max(used(-1.0)) <= twist_max
+}
+
+/// Half of the sides of a rectangle along the axes whose middle is the origin.
+fn half_sides(polygon: &[DVec2]) -> Option<DVec2> {
+    let [first, ..] = *polygon else { return None };
+    let half = first.abs();
+    let is_corner = |corner: &DVec2| (corner.abs() - half).abs().max_element() <= SIDES_ROUNDING;
+    (polygon.len() == 4 && polygon.iter().all(is_corner)).then_some(half)
 }
 
 /// Three corners of a convex polygon (counter-clockwise) around a point, with the shares of which

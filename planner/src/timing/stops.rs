@@ -46,6 +46,8 @@ struct Brake {
     chunk: usize,
     at: f64,
     duration: f64,
+    /// How long the robot takes to go on, s; `None` where no ramp is within the limits.
+    resume: Option<f64>,
 }
 
 impl StopTable {
@@ -80,22 +82,13 @@ impl StopTable {
 
     /// The stop of a chunk of a span that is not written, as the last profile has it. `None` where
     /// the profile has none, or the memory for stops is used up.
-    pub(super) fn stop(
-        &self,
-        motion: &mut TimedMotion<'_>,
-        span: usize,
-        chunk: usize,
-    ) -> Option<Stop> {
+    pub(super) fn stop(&self, span: usize, chunk: usize) -> Option<Stop> {
         let is_after = |brake: &Brake| (brake.span, brake.chunk) > (span, chunk);
         let brake = self.brakes.get(self.brakes.partition_point(is_after))?;
-        if (brake.span, brake.chunk) != (span, chunk) {
-            return None;
-        }
-        Some(Stop {
-            brake_at: brake.at,
-            brake_duration: brake.duration,
-            resume_duration: resume_duration(motion, brake.at + 0.5 * brake.duration)?,
-        })
+        let Brake { at: brake_at, duration: brake_duration, resume, .. } = *brake;
+        let is_found = (brake.span, brake.chunk) == (span, chunk);
+        let resume_duration = resume.filter(|_| is_found)?;
+        Some(Stop { brake_at, brake_duration, resume_duration })
     }
 
     /// Finds a stop for every chunk that is not written: of the ramps within the limits that end
@@ -117,8 +110,8 @@ impl StopTable {
                 let has_memory = self.brakes.len() < self.brakes.capacity();
                 let found = brake(motion, [after, latest], [begin, end]);
                 match found.filter(|_| has_memory) {
-                    Some((at, duration)) => {
-                        self.brakes.push(Brake { span, chunk, at, duration });
+                    Some((at, duration, resume)) => {
+                        self.brakes.push(Brake { span, chunk, at, duration, resume });
                         latest = at;
                     }
                     None => {
@@ -134,26 +127,27 @@ impl StopTable {
 }
 
 /// Beginning and duration (s) of the latest ramp within the limits that begins between these
-/// times and ends between `begin` and `end`.
+/// times and ends between `begin` and `end`, and how long (s) the robot takes to go on after it.
 fn brake(
     motion: &mut TimedMotion<'_>,
     [after, before]: [f64; 2],
     [begin, end]: [f64; 2],
-) -> Option<(f64, f64)> {
+) -> Option<(f64, f64, Option<f64>)> {
     if motion.timed.law.at(end).speed <= REST_SPEED {
-        return Some((end, 0.0));
+        return Some((end, 0.0, resume_duration(motion, end)));
     }
-    let mut best: Option<(f64, f64)> = None;
+    let mut best: Option<(f64, f64, Option<f64>)> = None;
     for part in 0..REST_PLACES {
         let rest = end - (end - begin) * part as f64 / REST_PLACES as f64;
         let mut seconds = motion.ramp_seconds_min().max(2.0 * (rest - before));
         for _ in 0..RAMP_STEPS_MAX {
             let brake_at = rest - 0.5 * seconds;
-            if brake_at < after || best.is_some_and(|(latest, _)| brake_at <= latest) {
+            if brake_at < after || best.is_some_and(|(latest, ..)| brake_at <= latest) {
                 break;
             }
             if ramp_holds(motion, brake_at, Ramp::Brake { seconds }) {
-                best = resume_duration(motion, rest).map(|_| (brake_at, seconds)).or(best);
+                let resume = resume_duration(motion, rest);
+                best = resume.map(|_| (brake_at, seconds, resume)).or(best);
                 break;
             }
             seconds *= RAMP_STEP;

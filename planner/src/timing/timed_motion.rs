@@ -99,12 +99,15 @@ impl<'a> TimedMotion<'a> {
     /// like this.
     pub fn is_upright(&mut self, time: f64, at: &PlanTime) -> bool {
         let Self { robot, path, timed, last } = self;
-        let known = last.take().filter(|last| last.times.begin <= time && time < last.times.end);
-        let sampled = last.insert(known.unwrap_or_else(|| {
+        let holds = |last: &SampledSpan| last.times.begin <= time && time < last.times.end;
+        if !last.as_ref().is_some_and(holds) {
+            *last = None;
+        }
+        let sampled = last.get_or_insert_with(|| {
             let span = timed.span_at(time);
             let ground = robot.contact_ground(&path.spans[span]);
             SampledSpan { span, times: timed.span_times(span), ground, interval: None }
-        }));
+        });
         let rates = sampled.rates_at(timed, time);
         let (node, part) = timed.node_before(sampled.span, rates.position);
         let [before, after] = [node, node + 1].map(|at| &timed.nodes[at]);

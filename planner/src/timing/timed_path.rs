@@ -2,7 +2,8 @@
 
 use glam::DVec2;
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
-use surefoot_shared_types::message::{Interpolation, Waypoint};
+use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::message::interpolation::quintic_motion;
 
 use crate::base::arena::reserve;
 use crate::timing::path_point::{Path, PathPoint};
@@ -214,7 +215,7 @@ pub fn state_at(points: &[PathPoint], parameter: f64) -> Waypoint {
     if parameter <= a.time {
         return a;
     }
-    if parameter >= b.time { b } else { Interpolation::Quintic.between(&a, &b, parameter) }
+    if parameter >= b.time { b } else { quintic_motion(&a, &b, parameter) }
 }
 
 fn waypoint_of(point: &PathPoint) -> Waypoint {

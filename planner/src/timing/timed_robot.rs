@@ -14,7 +14,7 @@ use crate::timing::contact_rates::{ContactProblem, ContactRates};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::load_sharing::{LoadSchedule, share_load};
-use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, joint_rates};
+use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, bears_all, joint_rates};
 use crate::timing::path_point::{PathPoint, PathSpan};
 use crate::timing::rate_set::RateSet;
 use crate::timing::sole_twist;
@@ -77,6 +77,37 @@ pub(crate) struct SpanContacts<'a> {
     extra: f64,
     /// Whether a stance sole is inclined.
     pub is_inclined: bool,
+    /// By joint: whether the only contact is beyond it; `None` where one of two is.
+    are_loaded: [Option<bool>; JOINTS_MAX],
+}
+
+/// What a motion asks of the robot at an instant.
+#[derive(Debug, Clone)]
+pub(crate) struct AskedOfRobot {
+    /// Force on the robot, N.
+    force: DVec3,
+    /// Moment about the world's origin, N m.
+    moment: DVec3,
+    /// Torques with the contact where that is the only one beyond a joint, otherwise without.
+    torques: [f64; JOINTS_MAX],
+    /// The largest ratio of a stance sole's speed to its limit.
+    slip: f64,
+}
+
+impl AskedOfRobot {
+    /// The polynomial of degree 3 through four instants, of which these are the weights. The slip
+    /// is the largest one.
+    pub(crate) fn interpolated(known: [&Self; 4], weights: [f64; 4]) -> Self {
+        let mut sum =
+            Self { force: DVec3::ZERO, moment: DVec3::ZERO, torques: [0.0; JOINTS_MAX], slip: 0.0 };
+        for (of, weight) in known.into_iter().zip(weights) {
+            sum.force += of.force * weight;
+            sum.moment += of.moment * weight;
+            sum.torques.iter_mut().zip(&of.torques).for_each(|(sum, of)| *sum += of * weight);
+            sum.slip = sum.slip.max(of.slip);
+        }
+        sum
+    }
 }
 
 /// Velocity and acceleration of a waypoint, root and joints in one list.
@@ -119,10 +150,13 @@ impl TimedRobot {
     pub(super) fn span_contacts<'a>(&self, span: &'a PathSpan, extra: f64) -> SpanContacts<'a> {
         let is_inclined = span.is_inclined();
         let levels = Level::levels(is_inclined);
+        let supports = SpanSupports::new(span, levels, extra, self.limits.friction);
+        let is_loaded = |joint| bears_all(supports.at(levels[0]), &self.chains, joint);
         SpanContacts {
             span,
             ground: self.contact_ground(span),
-            supports: SpanSupports::new(span, levels, extra, self.limits.friction),
+            are_loaded: std::array::from_fn(is_loaded),
+            supports,
             extra,
             is_inclined,
         }
@@ -138,16 +172,18 @@ impl TimedRobot {
         (landing, touches_down): (Option<&Landing>, bool),
     ) -> PointLimits {
         let SpanContacts { span, ground, supports, extra, .. } = contacts;
+        let TimingMemory { contact_rates, dynamics, .. } = memory;
         let [first, second] = rates_of(point);
         let root = point.world_from_root();
         let state = PathState { root: &root, q: &point.q, first: &first, second: &second };
-        let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
-        let balance = ground.terms(&dynamics);
+        dynamics.write(&self.dynamics, &state, GRAVITY);
+        let dynamics = &*dynamics;
+        let balance = ground.terms(dynamics);
         let slip = self.stance_slip(span, &dynamics.frames, &first);
         for &level in supports.levels() {
             let support = supports.at(level);
             let mut rates = joint_rates(
-                &dynamics,
+                dynamics,
                 &state,
                 (support, &self.chains),
                 (&self.limits, level),
@@ -160,11 +196,11 @@ impl TimedRobot {
                 self.clip_by_landing(&mut rates, (landing, touches_down), at);
             }
             ground.region(level, *extra).clip(&balance, &mut rates);
-            sole_twist::clip(&dynamics, support, &mut rates);
-            let problem = self.problem(&dynamics, support, level, LIMITS_PART);
-            let mut found = memory.contact_rates.restrict(&problem, &rates);
+            sole_twist::clip(dynamics, support, &mut rates);
+            let problem = self.problem(dynamics, support, level, LIMITS_PART);
+            let mut found = contact_rates.restrict(&problem, &rates);
             if !self.can_start(&found, level) {
-                found = memory.contact_rates.restrict_by_program(&problem, &rates);
+                found = contact_rates.restrict_by_program(&problem, &rates);
             }
             if self.can_start(&found, level) {
                 return PointLimits { rates: found, level, balance };
@@ -303,8 +339,8 @@ impl TimedRobot {
         level: Level,
         waypoint: &Waypoint,
     ) -> f64 {
-        let SpanContacts { span, ground, supports, extra, .. } = contacts;
-        let TimingMemory { contact_rates, dynamics } = memory;
+        let SpanContacts { span, ground, supports, extra, are_loaded, .. } = contacts;
+        let TimingMemory { contact_rates, dynamics, .. } = memory;
         let [velocity, acceleration] = rates_of(waypoint);
         self.write_instant(waypoint, dynamics);
         let dynamics = &*dynamics;
@@ -322,8 +358,8 @@ impl TimedRobot {
         for (joint, effort) in efforts.iter().enumerate().take(self.joints_len) {
             load = load.max(velocity[6 + joint].abs() / limits.speeds[joint]);
             load = load.max(acceleration[6 + joint].abs() / limits.accelerations[joint]);
-            if let Some(torque) = dynamics.own_torque_of_instant(support, &self.chains, joint) {
-                load = load.max(torque.abs() / effort);
+            if let Some(is_loaded) = are_loaded[joint] {
+                load = load.max(dynamics.torque_of_instant(joint, is_loaded).abs() / effort);
             }
         }
         let GeneralizedForce { force, moment, .. } = dynamics.standing;
@@ -333,14 +369,82 @@ impl TimedRobot {
         if is_carried { load } else { load.max(INADMISSIBLE) }
     }
 
+    /// What the motion of the last [`Self::load`] asks of the robot.
+    pub(crate) fn asked(
+        &self,
+        memory: &TimingMemory,
+        contacts: &SpanContacts<'_>,
+        waypoint: &Waypoint,
+    ) -> AskedOfRobot {
+        let dynamics = &memory.dynamics;
+        let [velocity, _] = rates_of(waypoint);
+        let GeneralizedForce { force, moment, .. } = dynamics.standing;
+        let torque = |joint: usize| {
+            dynamics.torque_of_instant(joint, contacts.are_loaded[joint] == Some(true))
+        };
+        let mut torques = [0.0; JOINTS_MAX];
+        (0..self.joints_len).for_each(|joint| torques[joint] = torque(joint));
+        AskedOfRobot {
+            force,
+            moment: moment + dynamics.origin.cross(force),
+            torques,
+            slip: self.stance_slip(contacts.span, &dynamics.frames, &velocity),
+        }
+    }
+
+    /// Whether a motion that is known to ask this of the robot is within the limits of a level. The
+    /// bodies are nearly where they were at the last [`Self::load`], which decides where this does
+    /// not hold.
+    pub(crate) fn bears(
+        &self,
+        memory: &mut TimingMemory,
+        contacts: &SpanContacts<'_>,
+        level: Level,
+        (waypoint, asked): (&Waypoint, &AskedOfRobot),
+    ) -> bool {
+        let efforts = level.efforts(&self.limits);
+        let joint_holds = |joint: usize| {
+            let is_own = contacts.are_loaded[joint].is_some();
+            waypoint.joint_velocity[joint].abs() <= self.limits.speeds[joint]
+                && waypoint.joint_acceleration[joint].abs() <= self.limits.accelerations[joint]
+                && (!is_own || asked.torques[joint].abs() <= ASKED_PART * efforts[joint])
+        };
+        let load = contacts.ground.load((asked.force, asked.moment), DVec3::ZERO);
+        let region = contacts.ground.region(level, contacts.extra + ASKED_MARGIN);
+        let support = contacts.supports.at(level);
+        let is_within = level != Level::Unsupported
+            && asked.slip <= ASKED_SLIP
+            && self.limits.admit(&waypoint.q)
+            && (0..self.joints_len).all(joint_holds)
+            && region.contains(&load)
+            && sole_twist::load(support, (asked.force, asked.moment)) <= ASKED_PART;
+        if !is_within {
+            return false;
+        }
+        let dynamics = &mut memory.dynamics;
+        dynamics.standing.force = asked.force;
+        dynamics.standing.torques = asked.torques;
+        let moment = asked.moment - dynamics.origin.cross(asked.force);
+        let reach = ASKED_MARGIN * asked.force.z;
+        [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].into_iter().all(|(x, y)| {
+            memory.dynamics.standing.moment = moment + reach * DVec3::new(x, y, 0.0);
+            let problem = self.problem(&memory.dynamics, support, level, ASKED_EFFORTS_PART);
+            problem.is_known_to_hold(DVec2::ZERO)
+        })
+    }
+
     /// The load on the ground by unit of squared speed at a point of a path.
-    pub(super) fn load_by_speed(&self, ground: &ContactGround, point: &Waypoint) -> GroundLoad {
+    pub(super) fn load_by_speed(
+        &self,
+        memory: &mut TimingMemory,
+        ground: &ContactGround,
+        point: &Waypoint,
+    ) -> GroundLoad {
         let [first, second] = rates_of(point);
-        let root = point.world_from_root();
-        let mut frames = LinkFrames::default();
-        self.dynamics.place(&root, &point.q, &mut frames);
-        let effort = self.dynamics.effort(&frames, &first, &second, 0.0);
-        ground.load((effort.force, effort.moment), root.translation)
+        let dynamics = &mut memory.dynamics;
+        self.place(point, dynamics);
+        let effort = self.dynamics.effort(&dynamics.frames, &first, &second, 0.0);
+        ground.load((effort.force, effort.moment), dynamics.origin)
     }
 
     /// The load on the ground at one instant of a motion.
@@ -354,6 +458,7 @@ impl TimedRobot {
     /// plan, those at rest, and their change where the rate of plan time changes.
     pub(crate) fn write_torques(
         &self,
+        memory: &mut TimingMemory,
         span: &PathSpan,
         level: Level,
         at: (&LoadSchedule, f64),
@@ -362,9 +467,9 @@ impl TimedRobot {
         let [first, second] = rates_of(waypoint);
         let root = waypoint.world_from_root();
         let state = PathState { root: &root, q: &waypoint.q, first: &first, second: &second };
-        let dynamics = PathDynamics::new(&self.dynamics, &state, GRAVITY);
+        memory.dynamics.write(&self.dynamics, &state, GRAVITY);
         let support = Support::new(span, level, 0.0, self.limits.friction);
-        let problem = self.problem(&dynamics, &support, level, 1.0);
+        let problem = self.problem(&memory.dynamics, &support, level, 1.0);
         let torques = |rate: DVec2| self.torques(&problem, at, rate);
         let [slower, faster] = [-DVec2::Y, DVec2::Y].map(torques);
         let (moving, rest) = (torques(DVec2::X), torques(DVec2::ZERO));
@@ -400,10 +505,15 @@ impl TimedRobot {
     /// Writes the dynamics of a motion at one instant: all of it is the constant part.
     fn write_instant(&self, waypoint: &Waypoint, dynamics: &mut PathDynamics) {
         let [velocity, acceleration] = rates_of(waypoint);
+        self.place(waypoint, dynamics);
+        dynamics.standing =
+            self.dynamics.effort(&dynamics.frames, &velocity, &acceleration, GRAVITY);
+    }
+
+    /// Places the bodies as they are at one instant of a motion.
+    fn place(&self, waypoint: &Waypoint, dynamics: &mut PathDynamics) {
         let root = waypoint.world_from_root();
-        let frames = &mut dynamics.frames;
-        self.dynamics.place(&root, &waypoint.q, frames);
-        dynamics.standing = self.dynamics.effort(frames, &velocity, &acceleration, GRAVITY);
+        self.dynamics.place(&root, &waypoint.q, &mut dynamics.frames);
         dynamics.origin = root.translation;
     }
 }
@@ -419,6 +529,14 @@ const SAMPLE_SPEED_MIN: f64 = 1e-6;
 
 /// Smallest ratio of a stance sole's speed to its limit that bounds the rates.
 const SLIP_MIN: f64 = 1e-6;
+
+/// The part of limits, the margin (m) of zero-moment point and centre of pressure, the slip of
+/// stance soles over its limit, and the part of efforts of legs that share the load, within which
+/// an interpolated load counts as within the limits.
+const ASKED_PART: f64 = 0.999;
+const ASKED_MARGIN: f64 = 1e-4;
+const ASKED_SLIP: f64 = 0.9;
+const ASKED_EFFORTS_PART: f64 = 0.9;
 
 /// The load of a motion that no contact forces hold, or with a joint beyond its positions.
 pub(crate) const INADMISSIBLE: f64 = 1.04;

@@ -72,7 +72,7 @@ impl Interpolation {
         let share = elapsed / seconds;
         let mut waypoint = match self {
             Self::Linear => linear(from, to, share),
-            Self::Quintic => quintic(from, to, seconds, elapsed),
+            Self::Quintic => quintic_motion(from, to, time),
         };
         waypoint.time = time;
         waypoint.torque = mix(&from.torque, &to.torque, share);
@@ -102,12 +102,20 @@ fn linear(from: &Waypoint, to: &Waypoint, share: f64) -> Waypoint {
     }
 }
 
-fn quintic(from: &Waypoint, to: &Waypoint, seconds: f64, elapsed: f64) -> Waypoint {
-    let mut waypoint = Waypoint::zeroed();
+/// The robot at `time` (s) between two waypoints of a quintic motion, without torques.
+pub fn quintic_motion(from: &Waypoint, to: &Waypoint, time: f64) -> Waypoint {
+    let (seconds, elapsed) = (to.time - from.time, time - from.time);
+    let mut waypoint = Waypoint { time, ..Waypoint::zeroed() };
     for joint in 0..JOINTS_MAX {
         let state =
             |w: &Waypoint| [w.q[joint], w.joint_velocity[joint], w.joint_acceleration[joint]];
-        let [q, velocity, acceleration] = hermite(state(from), state(to), seconds, elapsed);
+        let [from, to] = [state(from), state(to)];
+        if stands(from, to) {
+            // As the polynomial has it: never -0.
+            waypoint.q[joint] = from[0] + 0.0;
+            continue;
+        }
+        let [q, velocity, acceleration] = hermite(from, to, seconds, elapsed);
         waypoint.q[joint] = q;
         (waypoint.joint_velocity[joint], waypoint.joint_acceleration[joint]) =
             (velocity, acceleration);
@@ -163,6 +171,11 @@ fn body_rates(waypoint: &Waypoint, world_from_root: DQuat) -> RotationRates {
 
 fn joined(linear: DVec3, angular: DVec3) -> [f64; ROOT_FREEDOMS] {
     [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
+}
+
+/// Whether the polynomial between two states is constant.
+pub fn stands(from: Rates, to: Rates) -> bool {
+    from[1] == 0.0 && from[2] == 0.0 && to == from
 }
 
 /// The quintic Hermite polynomial between two states that are `seconds` apart, `elapsed` seconds
