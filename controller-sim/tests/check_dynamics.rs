@@ -154,6 +154,23 @@ fn a_stance_sole_that_moves_is_refused() {
 }
 
 #[test]
+fn a_smooth_motion_on_ground_higher_or_lower_than_declared_is_refused() {
+    let on_ground_at = |height: f64| {
+        let mut ground = world(vec![]);
+        ground.shapes.iter_mut().for_each(|shape| shape.world_from_shape.translation.z += height);
+        check_with(robot(), ground, &smooth_swing(0.1, 1.0, 6), &[])
+    };
+    for height in [-4e-4, 0.0, 4e-4] {
+        on_ground_at(height).unwrap();
+    }
+    for (height, side) in [(-6e-4, "0.60 mm over"), (6e-4, "0.60 mm in"), (2e-3, "2.00 mm in")] {
+        let violation = on_ground_at(height).unwrap_err();
+        assert_eq!(violation.check, Check::Contact);
+        assert!(violation.detail.contains(side), "{violation}");
+    }
+}
+
+#[test]
 fn an_obstacle_that_only_the_curve_meets_is_found() {
     // The arm swings out by 0.125 rad and back between two waypoints at which it hangs down.
     let mut motion = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];

@@ -7,6 +7,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 use crate::base::comparison::is_at_most;
 use crate::check::segment::{Case, Violation};
 use crate::check::stance_foot::StanceFoot;
+use crate::check::tuning::LANDING_HEIGHT_MAX;
 use crate::statics::sole_support::SoleSupport;
 
 /// What remains of the position tolerance of the stance soles, m.
@@ -16,7 +17,12 @@ pub fn check_contact(
     case: &Case,
 ) -> Result<f64, Violation> {
     for (contact, support) in case.contacts.iter().zip(&case.supports) {
-        check_support(&model.feet[contact.limb as usize].name, config, support)?;
+        let name = &model.feet[contact.limb as usize].name;
+        check_support(name, config, support)?;
+        let is_smooth = !case.instants.is_empty();
+        if is_smooth {
+            check_landing(name, support)?;
+        }
     }
     let mut worst = f64::INFINITY;
     for (sample, feet) in case.samples_with_feet() {
@@ -50,6 +56,20 @@ fn check_support(
         ));
     }
     Ok(())
+}
+
+/// The motion of a smooth plan has no time for a foot that meets the ground early or late.
+fn check_landing(foot: &str, support: &SoleSupport) -> Result<(), Violation> {
+    if is_at_most(support.deepest.abs(), LANDING_HEIGHT_MAX) {
+        return Ok(());
+    }
+    let (off, limit) = (1e3 * support.deepest.abs(), 1e3 * LANDING_HEIGHT_MAX);
+    let side = if support.deepest > 0.0 { "in" } else { "over" };
+    let detail = format!(
+        "the {foot} sole of a smooth motion is declared {off:.2} mm {side} the ground, limit \
+         {limit:.2} mm"
+    );
+    Err(Violation::new(Check::Contact, 0, detail))
 }
 
 fn pose_margin(name: &str, config: &CheckerConfig, foot: &StanceFoot) -> Result<f64, String> {

@@ -13,6 +13,9 @@ pub(crate) const SAMPLES_APART: usize = 5;
 pub(crate) const SOLE_SPEED_MAX: f64 = 0.02;
 /// The largest angular speed of a stance sole of a smooth motion, rad/s.
 pub(crate) const SOLE_TURN_SPEED_MAX: f64 = 0.1;
+/// How far over the ground or in it a sole of a smooth motion may be declared, m: a foot that meets
+/// the ground before or after its time meets it at speed, and rocks.
+pub(crate) const LANDING_HEIGHT_MAX: f64 = 5e-4;
 
 // Collision.
 

@@ -154,13 +154,14 @@ pub fn convex_separation(a: PlacedConvex, b: PlacedConvex, hint: DVec3, enough: 
     if hinted.distance >= enough {
         return hinted;
     }
-    match proposed_direction(a, b) {
-        Proposal::Apart(direction) => hinted.better(along(a, b, direction)),
-        Proposal::Overlapping(direction) => separating_axes(a, b)
-            .into_iter()
-            .chain([direction])
-            .fold(hinted, |best, axis| best.better(along(a, b, axis))),
+    let closest = closest_direction(a, b);
+    let known = closest.map_or(hinted, |direction| hinted.better(along(a, b, direction)));
+    let is_apart = known.distance + a.0.radius + b.0.radius > 0.0;
+    if is_apart {
+        return known;
     }
+    let axes = separating_axes(a, b).into_iter().chain([deepest_direction(a, b)]);
+    axes.fold(known, |best, axis| best.better(along(a, b, axis)))
 }
 
 /// The gap along one direction.
@@ -170,34 +171,28 @@ fn along(a: PlacedConvex, b: PlacedConvex, direction: DVec3) -> Separation {
     Separation { distance: begin - end, direction }
 }
 
-/// A direction from the first solid to the second, in the world.
-enum Proposal {
-    Apart(DVec3),
-    Overlapping(DVec3),
-}
-
-fn proposed_direction(a: PlacedConvex, b: PlacedConvex) -> Proposal {
+/// The direction between the closest points of two solids, in the world, if GJK finds them apart.
+/// On solids that touch it may name points that are not the closest ones.
+fn closest_direction(a: PlacedConvex, b: PlacedConvex) -> Option<DVec3> {
     let a_from_b = a.1.inverse() * *b.1;
-    let (first, second) = (&a.0.core, &b.0.core);
-    let mut simplex = VoronoiSimplex::new();
     let found = closest_points_support_map_support_map_with_params(
         &a_from_b,
-        first,
-        second,
+        &a.0.core,
+        &b.0.core,
         f64::MAX,
-        &mut simplex,
+        &mut VoronoiSimplex::new(),
         None,
     );
-    if let GJKResult::ClosestPoints(on_first, on_second, _) = found
-        && let Some(direction) = (on_second - on_first).try_normalize()
-        && on_first.distance(on_second) > TOUCHING_MAX
-    {
-        return Proposal::Apart(a.1.rotation * direction);
-    }
-    let contact = contact_support_map_support_map(&a_from_b, first, second, TOUCHING_MAX);
-    Proposal::Overlapping(
-        contact.map_or(DVec3::Z, |contact| (a.1.rotation * contact.normal1).normalize_or(DVec3::Z)),
-    )
+    let GJKResult::ClosestPoints(on_first, on_second, _) = found else { return None };
+    let direction = (on_second - on_first).try_normalize()?;
+    (on_first.distance(on_second) > TOUCHING_MAX).then_some(a.1.rotation * direction)
+}
+
+/// The direction along which EPA finds the smallest depth of two solids, in the world.
+fn deepest_direction(a: PlacedConvex, b: PlacedConvex) -> DVec3 {
+    let a_from_b = a.1.inverse() * *b.1;
+    let contact = contact_support_map_support_map(&a_from_b, &a.0.core, &b.0.core, TOUCHING_MAX);
+    contact.map_or(DVec3::Z, |contact| (a.1.rotation * contact.normal1).normalize_or(DVec3::Z))
 }
 
 /// Below this distance (m) the direction between closest points is inaccurate.
@@ -380,6 +375,42 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_foot_on_a_facet_is_not_deep_in_it_where_gjk_calls_them_apart() {
+        let foot = [
+            [-0.07950624823570251, -0.03650624305009842, -0.044999998062849045],
+            [-0.08464685827493668, 0.037950001657009125, -0.03999999910593033],
+            [0.13370470702648163, -0.037522170692682266, -0.044999998062849045],
+            [0.16894225776195526, -0.021090630441904068, -0.044999998062849045],
+            [0.1708318144083023, 0.000980237266048789, -0.017925940454006195],
+            [0.13265320658683777, 0.037879109382629395, -0.044999998062849045],
+        ];
+        let foot = foot.map(DVec3::from).to_vec();
+        let foot = Solid::new(&Shape::ConvexHull { points: foot, source: None }).unwrap();
+        let Solid::Convex(foot) = &foot else { unreachable!() };
+        let rotation = glam::DQuat::from_xyzw(
+            -0.011678453415415985,
+            0.07810996770212783,
+            0.059828110855654856,
+            0.9950794158371685,
+        );
+        let place = DVec3::new(0.7476530805513233, -0.06925167731607526, 0.018419896446795793);
+        let facet = [
+            [0.6000000238418579, -0.10000000149011612, -0.007499999832361937],
+            [0.699999988079071, -0.10000000149011612, -0.018699999898672104],
+            [0.699999988079071, 0.0, -0.02199999988079071],
+        ];
+        let facet = Convex { core: Core::Triangle(facet.map(DVec3::from)), radius: 0.0 };
+        let pose = Pose::from_parts(place, rotation);
+        let (a, b) = ((&facet, &Pose::IDENTITY), (foot, &pose));
+        let called = along(a, b, closest_direction(a, b).unwrap());
+        assert!(called.distance < -0.1, "{called:?}");
+        let found = convex_separation(a, b, DVec3::Z, 0.0);
+        assert!(found.distance.abs() < 2e-3, "{found:?}");
+        let turned = convex_separation(b, a, -DVec3::Z, 0.0);
+        assert!((found.distance - turned.distance).abs() < 1e-9, "{turned:?}");
     }
 
     #[test]

@@ -155,7 +155,8 @@ impl SupportFinder {
         let crests = crests(grid, &indices, &fine, sample);
         let ground = |index: usize| (index, sample(grid.point(index)).air);
         // A line that ends at the sole's outline must not seem to be higher there.
-        let round = fine.iter().filter(|sample| sample.is_round).map(|sample| sample.point.at);
+        let all = indices.iter().zip(&fine);
+        let round = all.filter(|(_, sample)| sample.is_round).map(|(&index, _)| index);
         let beside: Vec<(usize, f64)> = grid.beside(round).into_iter().map(ground).collect();
         let widened = self.widen(grid, [&even, &indices], &beside, [fine, coarse].concat());
         [widened, crests].concat()
@@ -173,7 +174,7 @@ impl SupportFinder {
         mut samples: Vec<RaySample>,
     ) -> Vec<RaySample> {
         let unmeasured =
-            |index| if grid.is_beside(index) { f64::NEG_INFINITY } else { f64::INFINITY };
+            |index| if grid.is_foot(index) { f64::INFINITY } else { f64::NEG_INFINITY };
         let mut measured: Vec<(f64, bool)> =
             (0..grid.len()).map(|index| (unmeasured(index), false)).collect();
         even.iter().for_each(|&index| measured[index].0 = f64::NEG_INFINITY);
@@ -181,13 +182,21 @@ impl SupportFinder {
         indices.iter().zip(&samples).for_each(|(&index, sample)| {
             measured[index] = (sample.air, sample.is_carrying);
         });
-        for sample in &mut samples {
-            // On a curved surface as much as on the crests' samples, which lie beside the grid.
-            let on_grid = sample.is_round.then(|| grid.within(grid.nearest(sample.point.at)));
-            for index in grid.within(sample.point.at).chain(on_grid.into_iter().flatten()) {
-                let (air, is_carrying) = measured[index];
-                sample.most_air = sample.most_air.max(air);
-                sample.is_carrying |= is_carrying && sample.air.is_finite();
+        let widen = |sample: &mut RaySample, near: usize| {
+            let (air, is_carrying) = measured[near];
+            sample.most_air = sample.most_air.max(air);
+            sample.is_carrying |= is_carrying && sample.air.is_finite();
+        };
+        let (fine, coarse) = samples.split_at_mut(indices.len());
+        for (sample, &index) in fine.iter_mut().zip(indices) {
+            grid.within_point(index).for_each(|near| widen(sample, near));
+        }
+        for sample in coarse {
+            grid.within(sample.point.at).for_each(|near| widen(sample, near));
+            if sample.is_round {
+                // As much as on the crests' samples, which lie beside the grid.
+                let nearest = grid.nearest(sample.point.at);
+                grid.within_point(nearest).for_each(|near| widen(sample, near));
             }
         }
         samples

@@ -58,6 +58,10 @@ pub(crate) struct FineGrid {
     is_beside: Vec<bool>,
     /// How far the foot may be beside its pose, m.
     reach: f64,
+    /// The steps in index from a grid point to those within `reach`, and to those within one cell
+    /// more.
+    near: Vec<isize>,
+    farther: Vec<isize>,
 }
 
 impl Underside {
@@ -104,9 +108,18 @@ impl Underside {
         self.neighbours.get_or_init(|| {
             let all: Vec<DVec2> =
                 self.coarse.iter().chain(&self.edges).map(|point| point.at).collect();
-            let is_near = |a: DVec2, b: DVec2| a.distance(b) <= NEIGHBOUR_DISTANCE;
-            let around =
-                |&at: &DVec2| (0..all.len()).filter(|&other| is_near(at, all[other])).collect();
+            let mut order: Vec<usize> = (0..all.len()).collect();
+            order.sort_by(|&a, &b| all[a].x.total_cmp(&all[b].x));
+            let around = |at: &DVec2| {
+                let reach = NEIGHBOUR_DISTANCE + SAMPLE_SPACING;
+                let first = order.partition_point(|&other| all[other].x < at.x - reach);
+                let end = order.partition_point(|&other| all[other].x <= at.x + reach);
+                let in_reach = order[first..end].iter().copied();
+                let is_near = |other: &usize| all[*other].distance(*at) <= NEIGHBOUR_DISTANCE;
+                let mut near: Vec<usize> = in_reach.filter(is_near).collect();
+                near.sort_unstable();
+                near
+            };
             all.iter().map(around).collect()
         })
     }
@@ -119,14 +132,29 @@ impl FineGrid {
         let around = DVec2::splat(FINE_SAMPLE_SPACING * (beside / FINE_SAMPLE_SPACING).ceil());
         let count = ((high - low + 2.0 * around) / FINE_SAMPLE_SPACING).ceil() + 1.0;
         let (width, height) = (count.x as usize, count.y as usize);
-        let (heights, is_beside) = (Vec::new(), Vec::new());
-        let mut grid = Self { low: low - around, width, height, heights, is_beside, reach };
+        let steps = |radius| {
+            let cells = cells_within(radius);
+            cells.map(|(x, y)| x as isize * height as isize + y as isize).collect()
+        };
+        let mut grid = Self {
+            low: low - around,
+            width,
+            height,
+            heights: Vec::new(),
+            is_beside: Vec::new(),
+            reach,
+            near: steps(reach),
+            farther: steps(beside),
+        };
+        let sides: Vec<(DVec2, DVec2)> =
+            polygon::sides(outline).map(|(a, b)| (a, (b - a).normalize_or_zero())).collect();
         for index in 0..width * height {
             let at = grid.at(index);
-            let depth = polygon::margin(outline, at);
-            let is_on_sole = depth >= EDGE_INSET;
+            let inside = smallest(sides.iter().map(|(from, along)| along.perp_dot(at - *from)));
+            let is_on_sole = inside >= EDGE_INSET;
+            let is_beside = || inside >= -beside && polygon::margin(outline, at) >= -beside;
             grid.heights.push(if is_on_sole { height_over(shapes, at) } else { f64::NAN });
-            grid.is_beside.push(!is_on_sole && depth >= -beside);
+            grid.is_beside.push(!is_on_sole && is_beside());
         }
         grid
     }
@@ -145,15 +173,15 @@ impl FineGrid {
         ((cell.x as usize).min(self.width - 1), (cell.y as usize).min(self.height - 1))
     }
 
-    /// Whether a point lies beside the sole, where the foot may come to stand.
-    pub(crate) fn is_beside(&self, index: usize) -> bool {
-        self.is_beside[index]
+    /// The index of the grid point nearest to a position.
+    pub(crate) fn nearest(&self, at: DVec2) -> usize {
+        let (x, y) = self.cell(at);
+        x * self.height + y
     }
 
-    /// The grid point nearest to a position.
-    pub(crate) fn nearest(&self, at: DVec2) -> DVec2 {
-        let (x, y) = self.cell(at);
-        self.place(x, y)
+    /// Whether the foot is over a point of the sole.
+    pub(crate) fn is_foot(&self, index: usize) -> bool {
+        self.heights[index].is_finite()
     }
 
     /// The number of grid points.
@@ -182,36 +210,32 @@ impl FineGrid {
         SolePoint { at: self.at(index), height }
     }
 
-    /// The indices of all points beside the sole near which one of `places` may come to lie, in
-    /// order.
-    pub(crate) fn beside(&self, places: impl Iterator<Item = DVec2>) -> Vec<usize> {
+    /// The indices of all points beside the sole near which one of `places`, grid points on it, may
+    /// come to lie, in order.
+    pub(crate) fn beside(&self, places: impl Iterator<Item = usize>) -> Vec<usize> {
         let mut is_wanted = vec![false; self.heights.len()];
-        let radius = self.reach + FINE_SAMPLE_SPACING;
-        let near = places.flat_map(|at| self.near(at, radius));
-        near.for_each(|index| is_wanted[index] = self.is_beside[index]);
-        (0..self.heights.len()).filter(|&index| is_wanted[index]).collect()
+        for index in places {
+            steps_from(&self.farther, index).for_each(|near| is_wanted[near] = true);
+        }
+        (0..self.heights.len()).filter(|&index| is_wanted[index] && self.is_beside[index]).collect()
     }
 
-    /// The indices of all points of the foot and beside its sole where a position of the foot may
-    /// come to lie.
+    /// The indices of all grid points where a position on the sole may come to lie.
     pub(crate) fn within(&self, at: DVec2) -> impl Iterator<Item = usize> + '_ {
-        self.near(at, self.reach)
+        let (first, last) = (self.cell(at - self.reach), self.cell(at + self.reach));
+        let cells = (first.0..=last.0).flat_map(move |x| (first.1..=last.1).map(move |y| (x, y)));
+        let is_near = move |(x, y): &(usize, usize)| self.place(*x, *y).distance(at) <= self.reach;
+        cells.filter(is_near).map(|(x, y)| x * self.height + y)
     }
 
-    fn near(&self, at: DVec2, radius: f64) -> impl Iterator<Item = usize> + '_ {
-        let (first, last) = (self.cell(at - radius), self.cell(at + radius));
-        let cells = (first.0..=last.0).flat_map(move |x| (first.1..=last.1).map(move |y| (x, y)));
-        let is_near = move |(x, y): &(usize, usize)| self.place(*x, *y).distance(at) <= radius;
-        let indices = cells.filter(is_near).map(|(x, y)| x * self.height + y);
-        indices.filter(|&index| self.heights[index].is_finite() || self.is_beside[index])
+    /// As [`Self::within`], of a grid point on the sole or next to it.
+    pub(crate) fn within_point(&self, index: usize) -> impl Iterator<Item = usize> + '_ {
+        steps_from(&self.near, index)
     }
 
     /// The corners of the hull of the points near a grid point, as ways from it.
     pub(crate) fn outermost_offsets(&self) -> Vec<DVec2> {
-        let cells = (self.reach / FINE_SAMPLE_SPACING).floor() as i32;
-        let offsets = (-cells..=cells).flat_map(|x| (-cells..=cells).map(move |y| (x, y)));
-        let offsets = offsets.map(|(x, y)| FINE_SAMPLE_SPACING * DVec2::new(x.into(), y.into()));
-        polygon::hull(&offsets.filter(|way| way.length() <= self.reach).collect::<Vec<_>>())
+        polygon::hull(&cells_within(self.reach).map(way).collect::<Vec<_>>())
     }
 
     /// The indices of the grid points after this one along x and y, if they are on the grid.
@@ -220,6 +244,22 @@ impl FineGrid {
         let along_x = index + self.height;
         [Some(along_x).filter(|next| *next < self.heights.len()), along_y].into_iter().flatten()
     }
+}
+
+/// The way along this many cells of the fine grid, m.
+fn way((x, y): (i32, i32)) -> DVec2 {
+    FINE_SAMPLE_SPACING * DVec2::new(x.into(), y.into())
+}
+
+/// The grid points within `radius` (m) of one, counted in cells from it.
+fn cells_within(radius: f64) -> impl Iterator<Item = (i32, i32)> {
+    let most = (radius / FINE_SAMPLE_SPACING).floor() as i32;
+    let cells = (-most..=most).flat_map(move |x| (-most..=most).map(move |y| (x, y)));
+    cells.filter(move |&cell| way(cell).length() <= radius)
+}
+
+fn steps_from(steps: &[isize], index: usize) -> impl Iterator<Item = usize> + '_ {
+    steps.iter().map(move |&step| index.wrapping_add_signed(step))
 }
 
 /// The height of the lowest shape over the sole plane, by a ray from below it; 0 within

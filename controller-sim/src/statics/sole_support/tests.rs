@@ -229,7 +229,7 @@ fn the_most_air_is_that_of_all_places_that_the_foot_may_miss() {
         let coarse = underside.coarse.len() + underside.edges.len();
         assert!(samples.len() > coarse, "{} {coarse}", samples.len());
         let grid = underside.fine();
-        let on_sole = |index: &usize| !grid.is_beside(*index);
+        let is_foot = |index: &usize| grid.is_foot(*index);
         let all: Vec<RaySample> =
             (0..grid.len()).map(|index| direct(grid.point(index).at)).collect();
         for sample in &samples {
@@ -237,7 +237,7 @@ fn the_most_air_is_that_of_all_places_that_the_foot_may_miss() {
             assert_eq!(sample.air, here.air);
             // Whatever lies in its place and may be missed is known, or the sample lies in a plane.
             let near: Vec<&RaySample> =
-                grid.within(sample.point.at).filter(on_sole).map(|index| &all[index]).collect();
+                grid.within(sample.point.at).filter(is_foot).map(|index| &all[index]).collect();
             let most = near.iter().map(|other| other.air).fold(sample.air, f64::max);
             assert!(sample.most_air >= most - 1e-5, "{} {most}", sample.most_air);
             if sample.most_air.is_finite() {

@@ -173,10 +173,11 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
     for index in 0..grid.len() {
         let SolePoint { at, height } = grid.point(index);
         assert_eq!(grid.cell(at), (index / grid.height, index % grid.height));
-        assert_eq!(grid.nearest(at + DVec2::new(3e-4, -4e-4)), at);
+        assert_eq!(grid.nearest(at + DVec2::new(3e-4, -4e-4)), index);
         let depth = polygon::margin(&sole, at);
         let is_beside = (-REACH - FINE_SAMPLE_SPACING..EDGE_INSET).contains(&depth);
-        assert_eq!(grid.is_beside(index), is_beside);
+        assert_eq!(grid.is_beside[index], is_beside);
+        assert_eq!(grid.is_foot(index), height.is_finite() && !is_beside);
         let expected = match at.x {
             _ if is_beside => 0.0,
             _ if depth < EDGE_INSET => f64::NAN,
@@ -202,13 +203,20 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
     let mut random = randoms(3);
     for _ in 0..200 {
         let at = DVec2::new(random(-0.13, 0.13), random(-0.08, 0.08));
-        let near = |radius: f64| {
+        let near = |at: DVec2, radius: f64| {
             let is_near = move |index: &usize| grid.point(*index).at.distance(at) <= radius;
-            (0..grid.len()).filter(is_there).filter(is_near)
+            (0..grid.len()).filter(is_near)
         };
-        assert!(grid.within(at).eq(near(REACH)), "{at}");
-        let beside = near(REACH + FINE_SAMPLE_SPACING).filter(|&index| grid.is_beside(index));
-        assert!(grid.beside([at].into_iter()).into_iter().eq(beside), "{at}");
+        assert!(grid.within(at).eq(near(at, REACH)), "{at}");
+        let index = grid.nearest(at);
+        if !is_on_sole(&index) {
+            continue;
+        }
+        let at = grid.point(index).at;
+        assert!(grid.within_point(index).eq(near(at, REACH)), "{at}");
+        let beside = near(at, REACH + FINE_SAMPLE_SPACING);
+        let beside = beside.filter(|&index| grid.is_beside[index]);
+        assert!(grid.beside([index].into_iter()).into_iter().eq(beside), "{at}");
     }
     // Of the points as near as 2.6 mm those at (2, 1), (1, 2) and so on are the outermost.
     let offsets = grid.outermost_offsets();
