@@ -28,8 +28,7 @@ except ImportError as error:
     print(f"cannot replay: {error}; pip install mujoco", file=sys.stderr)
     sys.exit(2)
 
-# Simulation step, s. Contact forces are found before the drives' damping acts, which at 1 ms turns
-# feet by a milliradian a step; a half and a quarter of that give the same within 3 mm in 30 s.
+# Simulation step, s.
 STEP = 0.0005
 # Proportional gain of a joint over its effort limit, 1/rad, and derivative gain over that, s. A robot
 # that stands on stiff ankles sways at about 3 Hz; with a derivative gain of 0.02 s that sway is
@@ -162,11 +161,13 @@ class Robot:
         self.body(body, child, xyz, quaternion_of(turn))
         if moves:
             inner = body.findall("body")[-1]
-            gain = DAMPING * STIFFNESS * self.limits[name]
+            # The drives damp the speed at the end of a step. As inertia that is known when contact
+            # forces are found; as damping of the joint it acts after them, and feet turn.
+            damping = DAMPING * STIFFNESS * self.limits[name]
             moved = xml.Element(
-                "joint", name=name, axis=numbers(axis), damping=f"{gain:.9g}",
+                "joint", name=name, axis=numbers(axis),
                 type="slide" if kind == "prismatic" else "hinge",
-                armature=f"{ARMATURE * self.limits[name]:.9g}")
+                armature=f"{ARMATURE * self.limits[name] + STEP * damping:.9g}")
             inner.insert(0, moved)
 
     def add_inertia(self, body, inertial):
@@ -374,9 +375,7 @@ class Replay:
         damping = DAMPING * stiffness
         now = self.data.qvel[self.freedoms]
         wanted = torque + stiffness * (q - self.data.qpos[self.places]) + damping * (speed - now)
-        limited = np.clip(wanted, -self.limits, self.limits)
-        # The model damps the joints by itself, which is stable at any gain.
-        self.data.qfrc_applied[self.freedoms] = limited + damping * now
+        self.data.qfrc_applied[self.freedoms] = np.clip(wanted, -self.limits, self.limits)
         mujoco.mj_step(self.model, self.data)
 
     def landings(self):
