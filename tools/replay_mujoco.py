@@ -66,6 +66,11 @@ class Unusable(Exception):
     """The plan cannot be replayed."""
 
 
+def gains(limits):
+    """Stiffness (N m/rad) and damping (N m s/rad) of drives with these effort limits (N m)."""
+    return STIFFNESS * limits, DAMPING * STIFFNESS * limits
+
+
 def numbers(values):
     return " ".join(f"{value:.12g}" for value in values)
 
@@ -163,7 +168,7 @@ class Robot:
             inner = body.findall("body")[-1]
             # The drives damp the speed at the end of a step. As inertia that is known when contact
             # forces are found; as damping of the joint it acts after them, and feet turn.
-            damping = DAMPING * STIFFNESS * self.limits[name]
+            _, damping = gains(self.limits[name])
             moved = xml.Element(
                 "joint", name=name, axis=numbers(axis),
                 type="slide" if kind == "prismatic" else "hinge",
@@ -346,6 +351,7 @@ class Replay:
         ids = [self.model.joint(name).id for name in plan["joint_names"]]
         self.places, self.freedoms = self.model.jnt_qposadr[ids], self.model.jnt_dofadr[ids]
         self.limits = np.array([robot.limits[name] for name in plan["joint_names"]])
+        self.gains = gains(self.limits)
         self.data.qpos[self.places] = plan["waypoints"][0]["q"]
         mujoco.mj_forward(self.model, self.data)
 
@@ -371,8 +377,7 @@ class Replay:
         return outcome
 
     def step(self, q, speed, torque):
-        stiffness = STIFFNESS * self.limits
-        damping = DAMPING * stiffness
+        stiffness, damping = self.gains
         now = self.data.qvel[self.freedoms]
         wanted = torque + stiffness * (q - self.data.qpos[self.places]) + damping * (speed - now)
         self.data.qfrc_applied[self.freedoms] = np.clip(wanted, -self.limits, self.limits)

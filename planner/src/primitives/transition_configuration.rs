@@ -132,9 +132,11 @@ pub fn is_unbounded(attempt: u64) -> bool {
 /// samples, and succeeds more often. Where the root leans far on the footholds it does not, and
 /// samples from all postures, to which few motions lead, are to come late.
 pub fn attempt_weight(robot: &Mechanism, pair: TransitionPair<'_>, attempt: u32) -> u32 {
-    let Crouch { roll, pitch, .. } = pair.stance.crouch.deeper(pair.other.crouch);
-    let leans_far = robot.is_projected_at(rotation_from_rpy(roll, pitch, 0.0));
-    if is_projected(robot, u64::from(attempt)) && !leans_far { PROJECTION_WEIGHT } else { 1 }
+    let leans_far = || {
+        let Crouch { roll, pitch, .. } = pair.stance.crouch.deeper(pair.other.crouch);
+        robot.is_projected_at(rotation_from_rpy(roll, pitch, 0.0))
+    };
+    if is_projected(robot, u64::from(attempt)) && !leans_far() { PROJECTION_WEIGHT } else { 1 }
 }
 
 /// Whether an attempt is a projection: after samples have failed, and only where the legs have no

@@ -159,15 +159,24 @@ fn neighbours_are_the_points_nearby() {
     assert!(inner.clone().count() > 200 && inner.clone().all(|(_, near)| near.len() >= 5));
 }
 
-#[test]
-fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
-    // A foot with a hole, and a sole that is no rectangle.
+/// The underside of a foot with a hole, whose sole is no rectangle.
+fn underside_with_a_hole() -> Underside {
     let mut model = foot_of(&[
         (DVec3::new(-0.06, 0.0, 0.02), DVec3::new(0.05, 0.06, 0.02)),
         (DVec3::new(0.06, 0.0, 0.025), DVec3::new(0.05, 0.06, 0.02)),
     ]);
     model.feet[0].polygon = octagon();
-    let points = underside(&model);
+    underside(&model)
+}
+
+/// Whether a grid point lies on the octagonal sole.
+fn is_on_octagon(grid: &FineGrid, index: usize) -> bool {
+    polygon::margin(&octagon(), grid.point(index).at) >= EDGE_INSET
+}
+
+#[test]
+fn the_fine_grid_covers_the_sole() {
+    let points = underside_with_a_hole();
     let grid = points.fine();
     let sole = octagon();
     for index in 0..grid.len() {
@@ -194,12 +203,15 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
             "{at}: {height} {expected}"
         );
     }
-    let is_on_sole = |index: &usize| polygon::margin(&sole, grid.point(*index).at) >= EDGE_INSET;
-    let count = (0..grid.len()).filter(is_on_sole).count();
+    let count = (0..grid.len()).filter(|&index| is_on_octagon(grid, index)).count();
     let expected = polygon::area(&sole) / (FINE_SAMPLE_SPACING * FINE_SAMPLE_SPACING);
     assert!((count as f64 / expected - 1.0).abs() < 0.02, "{count} {expected}");
+}
 
-    let is_there = |index: &usize| grid.point(*index).height.is_finite();
+#[test]
+fn the_fine_grid_finds_the_points_near_a_place() {
+    let points = underside_with_a_hole();
+    let grid = points.fine();
     let mut random = randoms(3);
     for _ in 0..200 {
         let at = DVec2::new(random(-0.13, 0.13), random(-0.08, 0.08));
@@ -209,7 +221,7 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
         };
         assert!(grid.within(at).eq(near(at, REACH)), "{at}");
         let index = grid.nearest(at);
-        if !is_on_sole(&index) {
+        if !is_on_octagon(grid, index) {
             continue;
         }
         let at = grid.point(index).at;
@@ -218,6 +230,12 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
         let beside = beside.filter(|&index| grid.is_beside[index]);
         assert!(grid.beside([index].into_iter()).into_iter().eq(beside), "{at}");
     }
+}
+
+#[test]
+fn the_fine_grid_knows_the_steps_between_its_points() {
+    let points = underside_with_a_hole();
+    let grid = points.fine();
     // Of the points as near as 2.6 mm those at (2, 1), (1, 2) and so on are the outermost.
     let offsets = grid.outermost_offsets();
     assert_eq!(offsets.len(), 8);
@@ -230,7 +248,14 @@ fn the_fine_grid_covers_the_sole_and_finds_the_points_near_a_place() {
         };
         assert!(ways.len() <= 2 && ways.iter().all(is_step), "{ways:?}");
     }
-    let is_foot = |index: &usize| is_there(index) && is_on_sole(index);
+}
+
+#[test]
+fn the_fine_grid_finds_the_points_around_coarse_samples() {
+    let points = underside_with_a_hole();
+    let grid = points.fine();
+    let is_there = |index: &usize| grid.point(*index).height.is_finite();
+    let is_foot = |index: &usize| is_there(index) && is_on_octagon(grid, *index);
     // Half a coarse cell to each side, to the nearest point of the grid.
     let at = [DVec2::new(-0.0512, 0.0108), DVec2::new(0.0503, -0.0204), DVec2::new(0.0, 0.0)];
     let found = grid.around(at.into_iter());
