@@ -248,40 +248,26 @@ impl LinearProgram {
 
     /// The row whose variable reaches 0 first as a variable grows.
     fn blocking_row(&self, entering: usize) -> Option<usize> {
-        let mut best: Option<(usize, f64)> = None;
-        for row in 0..self.basis.len() {
-            let slope = self.table[row * STRIDE + entering];
-            if slope > TOLERANCE {
-                let ratio = self.value_of(row).max(0.0) / slope;
-                let is_better = best.is_none_or(|(other, least)| {
-                    ratio < least || ratio == least && self.basis[row] > self.basis[other]
-                });
-                if is_better {
-                    best = Some((row, ratio));
-                }
-            }
-        }
-        best.map(|(row, _)| row)
+        let slope_of = |row: usize| self.table[row * STRIDE + entering];
+        let room_of = |row: usize| self.value_of(row).max(0.0);
+        first_to_block(0..self.basis.len(), slope_of, room_of, false)
     }
 
     /// The dual simplex method.
     fn descend(&mut self) -> Result<(), NoOptimum> {
-        for _ in 0..PIVOTS_MAX {
-            let lowest = (0..self.basis.len())
-                .min_by(|&a, &b| self.value_of(a).total_cmp(&self.value_of(b)))
-                .filter(|&row| self.value_of(row) < -TOLERANCE);
-            let Some(row) = lowest else { return Ok(()) };
-            let mut best: Option<(usize, f64)> = None;
-            for column in self.columns() {
-                let slope = self.table[row * STRIDE + column];
-                if slope < -TOLERANCE {
-                    let ratio = self.gains[column].min(0.0) / slope;
-                    if best.is_none_or(|(_, least)| ratio < least) {
-                        best = Some((column, ratio));
-                    }
-                }
-            }
-            let Some((entering, _)) = best else { return Err(NoOptimum::Infeasible) };
+        for pivots in 0..PIVOTS_MAX {
+            let is_careful = pivots >= CAREFUL_AFTER;
+            let below = (0..self.basis.len()).filter(|&row| self.value_of(row) < -TOLERANCE);
+            let row = if is_careful {
+                below.min_by_key(|&row| self.basis[row])
+            } else {
+                below.min_by(|&a, &b| self.value_of(a).total_cmp(&self.value_of(b)))
+            };
+            let Some(row) = row else { return Ok(()) };
+            let slope_of = |column: usize| -self.table[row * STRIDE + column];
+            let room_of = |column: usize| -self.gains[column].min(0.0);
+            let entering = first_to_block(self.columns(), slope_of, room_of, is_careful);
+            let Some(entering) = entering else { return Err(NoOptimum::Infeasible) };
             self.pivot(row, entering);
         }
         Err(NoOptimum::Exhausted)
@@ -329,6 +315,28 @@ impl LinearProgram {
             }
         }
     }
+}
+
+/// The candidate whose room is used up first as something grows that takes `slope` of it. Of those
+/// whose rooms end together within the tolerance it is the one of the largest slope, since a pivot
+/// near 0 multiplies every rounding error [Harris 1973]. A careful choice is the first of them,
+/// against cycles [Bland 1977].
+fn first_to_block(
+    candidates: std::ops::Range<usize>,
+    slope_of: impl Fn(usize) -> f64,
+    room_of: impl Fn(usize) -> f64,
+    is_careful: bool,
+) -> Option<usize> {
+    let blocking = candidates.filter(|&at| slope_of(at) > TOLERANCE);
+    let end_of = |at: usize| (room_of(at) + TOLERANCE) / slope_of(at);
+    let end = blocking.clone().map(end_of).fold(f64::INFINITY, f64::min);
+    let mut best: Option<usize> = None;
+    for at in blocking.filter(|&at| room_of(at) / slope_of(at) <= end) {
+        if best.is_none_or(|best| !is_careful && slope_of(at) > slope_of(best)) {
+            best = Some(at);
+        }
+    }
+    best
 }
 
 #[cfg(test)]
@@ -410,5 +418,59 @@ mod tests {
         assert!(program.add_row([1.0].into_iter(), 1.0, true));
         assert!(program.add_row([1.0].into_iter(), 2.0, true));
         assert_eq!(program.find_vertex(), Err(NoOptimum::Infeasible));
+    }
+
+    /// Coefficients of the forces along four edges of a friction pyramid at the corners of two
+    /// soles, as contact forces have them: many are equal, so that many vertices coincide.
+    fn pyramid_edges(random: &mut Random) -> Vec<[f64; 6]> {
+        let mut edges = Vec::new();
+        for foot in 0..2 {
+            let [x, y] = [0; 2].map(|_: i32| random.uniform(-0.2, 0.2));
+            let tilt = random.uniform(-0.2, 0.2).max(0.0);
+            for corner in 0..7 {
+                let angle = f64::from(corner) * 0.9;
+                let at =
+                    [x + 0.1 * libm::cos(angle), y + 0.05 * libm::sin(angle) + f64::from(foot)];
+                for (along, across) in [(0.4, 0.4), (-0.4, 0.4), (-0.4, -0.4), (0.4, -0.4)] {
+                    let force = [along + tilt, across, 1.0 - along * tilt];
+                    let moment =
+                        [at[1] * force[2], -at[0] * force[2], at[0] * force[1] - at[1] * force[0]];
+                    edges.push([force, moment].concat().try_into().unwrap());
+                }
+            }
+        }
+        edges
+    }
+
+    #[test]
+    fn bounds_that_a_known_point_meets_are_met() {
+        let mut random = Random::new(3, Stream::Shortcut, 0, 0);
+        let mut program = LinearProgram::default();
+        for number in 0..1000 {
+            let edges = pyramid_edges(&mut random);
+            let known: Vec<f64> =
+                edges.iter().map(|_| random.uniform(-3.0, 1.0).max(0.0)).collect();
+            let sum = |form: &dyn Fn(usize) -> f64| -> f64 {
+                known.iter().enumerate().map(|(at, value)| form(at) * value).sum()
+            };
+            program.begin(edges.len());
+            for row in 0..6 {
+                let form = |at: usize| edges[at][row];
+                assert!(program.add_row((0..edges.len()).map(form), sum(&form), true));
+            }
+            let found = program.find_vertex().and_then(|()| program.maximize(&[0.0]));
+            assert!(found.is_ok(), "{number}: {found:?}");
+            for joint in 0..12 {
+                let arm: [f64; 6] = std::array::from_fn(|_| random.uniform(-1.0, 1.0));
+                let form = |at: usize| -> f64 {
+                    let is_of_foot = at * 2 / edges.len() == joint / 6;
+                    let torque = arm.iter().zip(edges[at]).map(|(arm, edge)| arm * edge).sum();
+                    if is_of_foot { torque } else { 0.0 }
+                };
+                let bound = sum(&form) + random.uniform(-1e-3, 1e-3).max(0.0);
+                let solved = program.add_bound((0..edges.len()).map(form), bound);
+                assert!(solved.is_ok(), "{number}, joint {joint}: {solved:?}");
+            }
+        }
     }
 }
