@@ -396,6 +396,34 @@ fn methods_find_walks_that_the_checks_accept() {
 }
 
 #[test]
+fn methods_go_on_where_they_were() {
+    let folder = TestFolder::new("");
+    let out = folder.path("results");
+    let bench = |more: &[&str]| {
+        let fixed = ["--method", "rpg", "--threads", "1", "--json", "--out", &out];
+        folder.bench("methods", &[&fixed, more].concat())
+    };
+    let row = |more: &[&str]| json(&bench(more))["rows"][0].clone();
+    let journal = folder.path("results/methods.jsonl");
+    let lines = || fs::read_to_string(&journal).unwrap().lines().count();
+    let second = row(&["--trials", "1", "--first-seed", "2"]);
+    assert_eq!(lines(), 2, "the setup and a result");
+    assert_eq!(row(&["--trials", "1", "--first-seed", "2"]), second, "nothing is measured twice");
+    let both = row(&["--trials", "2"]);
+    assert_eq!((lines(), &both["trials"]), (3, &2.into()), "the second is known");
+    let broken = fs::read_to_string(&journal).unwrap();
+    fs::write(&journal, &broken[..broken.len() - 9]).unwrap();
+    assert_eq!(row(&["--trials", "2"])["trials"], 2);
+    assert_eq!(lines(), 3, "half a line is measured anew");
+    let other_work = ["--trials", "1", "--work", "5000"];
+    assert_bad_input(&bench(&other_work), "methods.jsonl:1: holds results of surefoot ");
+    assert_eq!(row(&[&other_work[..], &["--fresh"]].concat())["found"], 1);
+    let other_program = fs::read_to_string(&journal).unwrap().replacen('(', "(other ", 1);
+    fs::write(&journal, other_program).unwrap();
+    assert_bad_input(&bench(&other_work), "; this is surefoot ");
+}
+
+#[test]
 fn rho_measures_w_rpg_over_the_radius() {
     let folder = TestFolder::new("");
     let out = folder.path("results");

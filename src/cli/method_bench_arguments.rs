@@ -1,5 +1,6 @@
 //! The options of the benches that compare methods.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -29,10 +30,33 @@ pub struct MethodBenchArguments {
     pub json: bool,
 }
 
+/// The seeds and results of a bench that compares methods.
+#[derive(Debug, Args)]
+pub struct MethodSeriesArguments {
+    /// The first seed; the others follow it
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole_number::<u32>)]
+    pub first_seed: u32,
+    /// Keep the result of each search and write the report and its tables in this folder; a search
+    /// whose result is in it is not repeated
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Delete the results in the folder first
+    #[arg(long, requires = "out")]
+    pub fresh: bool,
+}
+
+impl MethodSeriesArguments {
+    /// The seeds of so many searches.
+    pub fn seeds(&self, trials: u64) -> Range<u64> {
+        let first = u64::from(self.first_seed);
+        first..first + trials
+    }
+}
+
 /// `surefoot bench methods`.
 #[derive(Debug, Args)]
 pub struct MethodsArguments {
-    /// Searches per scenario and method, with the seeds 1, 2, 3 and so on
+    /// Searches per scenario and method, each with another seed
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = count())]
     pub trials: u64,
     /// Only this method; may be given several times [default: all]
@@ -44,15 +68,15 @@ pub struct MethodsArguments {
     /// Run the controller's checks on every plan, outside the measured time
     #[arg(long)]
     pub check: bool,
-    /// Write methods.json and methods.csv into this folder
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub series: MethodSeriesArguments,
 }
 
 /// `surefoot bench rho`.
 #[derive(Debug, Args)]
 pub struct RhoArguments {
-    /// Searches per scenario and radius, with the seeds 1, 2, 3 and so on
+    /// Searches per scenario and radius, each with another seed
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = count())]
     pub trials: u64,
     /// Radii relative to the longest level step; inf: without stage P
@@ -70,9 +94,9 @@ pub struct RhoArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub common: MethodBenchArguments,
-    /// Write rho.json, rho.csv and rho.svg into this folder
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub series: MethodSeriesArguments,
 }
 
 /// `surefoot bench theory`.

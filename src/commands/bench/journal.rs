@@ -6,26 +6,56 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use surefoot_shared_types::InputError;
 
 use crate::commands::bench::trial::Trial;
 use crate::report::command_error::CommandError;
 
+/// A result of a bench: a trial, with or without more.
+pub trait TrialRecord: AsRef<Trial> + Clone + Serialize + DeserializeOwned {}
+
+impl<R: AsRef<Trial> + Clone + Serialize + DeserializeOwned> TrialRecord for R {}
+
 /// The results so far.
-#[derive(Debug, Default)]
-pub struct Journal {
-    known: BTreeMap<String, Trial>,
+#[derive(Debug)]
+pub struct Journal<R> {
+    known: BTreeMap<String, R>,
     file: Option<(PathBuf, File)>,
 }
 
-impl Journal {
+impl<R: TrialRecord> Journal<R> {
     /// Opens `folder/name`, creates both if they are missing, and reads the results; `fresh`
     /// deletes them. Without a folder nothing is saved.
     ///
     /// # Errors
     /// When the file cannot be opened, another process writes to it, or a line in it is no result.
     pub fn open(folder: Option<&Path>, name: &str, fresh: bool) -> Result<Self, CommandError> {
-        let Some(folder) = folder else { return Ok(Self::default()) };
+        Self::open_with(folder, name, fresh, None)
+    }
+
+    /// As [`Journal::open`], of results that only this `setup` gives, e.g. a commit and a work
+    /// limit. The file's first line names it.
+    ///
+    /// # Errors
+    /// Also when the file holds results of another setup.
+    pub fn open_of(
+        folder: Option<&Path>,
+        name: &str,
+        fresh: bool,
+        setup: &str,
+    ) -> Result<Self, CommandError> {
+        Self::open_with(folder, name, fresh, Some(setup))
+    }
+
+    fn open_with(
+        folder: Option<&Path>,
+        name: &str,
+        fresh: bool,
+        setup: Option<&str>,
+    ) -> Result<Self, CommandError> {
+        let Some(folder) = folder else { return Ok(Self { known: BTreeMap::new(), file: None }) };
         let path = folder.join(name);
         let mut file = open_locked(folder, &path).map_err(|reason| unwritable(&path, reason))?;
         let mut text = String::new();
@@ -35,15 +65,22 @@ impl Journal {
         }
         // A killed process leaves half a line behind.
         text.truncate(text.rfind('\n').map_or(0, |last| last + 1));
-        let known = parse(&text, &path)?;
-        let ready = file.set_len(text.len() as u64).and_then(|()| file.seek(SeekFrom::End(0)));
+        let length = text.len() as u64;
+        let ready = file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length)));
         ready.map_err(|error| unwritable(&path, error.to_string()))?;
+        match setup {
+            Some(setup) if text.is_empty() => append(&mut file, &path, &setup)?,
+            Some(setup) => check_setup(&text, setup, &path)?,
+            None => {}
+        }
+        let known = parse(&text, usize::from(setup.is_some()), &path)?;
         Ok(Self { known, file: Some((path, file)) })
     }
 
     /// The result of this key, with a check_result if one is needed.
-    pub fn find(&self, key: &str, needs_check_result: bool) -> Option<&Trial> {
-        self.known.get(key).filter(|trial| {
+    pub fn find(&self, key: &str, needs_check_result: bool) -> Option<&R> {
+        self.known.get(key).filter(|record| {
+            let trial = (*record).as_ref();
             !needs_check_result || !trial.is_found() || trial.check_result.is_some()
         })
     }
@@ -52,15 +89,34 @@ impl Journal {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn keep(&mut self, trial: &Trial) -> Result<(), CommandError> {
+    pub fn keep(&mut self, record: &R) -> Result<(), CommandError> {
         if let Some((path, file)) = &mut self.file {
-            let line = serde_json::to_string(trial).map_err(std::io::Error::from);
-            let written = line.and_then(|line| file.write_all(format!("{line}\n").as_bytes()));
-            written.map_err(|error| unwritable(path, error.to_string()))?;
+            append(file, path, record)?;
         }
-        self.known.insert(trial.key.clone(), trial.clone());
+        self.known.insert(record.as_ref().key.clone(), record.clone());
         Ok(())
     }
+}
+
+/// Writes a line.
+fn append(file: &mut File, path: &Path, value: &impl Serialize) -> Result<(), CommandError> {
+    let line = serde_json::to_string(value).map_err(std::io::Error::from);
+    let written = line.and_then(|line| file.write_all(format!("{line}\n").as_bytes()));
+    written.map_err(|error| unwritable(path, error.to_string()))
+}
+
+/// Refuses a file whose first line names another setup, or none.
+fn check_setup(text: &str, setup: &str, path: &Path) -> Result<(), InputError> {
+    let first = text.lines().next().unwrap_or_default();
+    match serde_json::from_str::<String>(first) {
+        Ok(found) if found == setup => Ok(()),
+        Ok(found) => Err(format!("holds results of {found}; this is {setup}")),
+        Err(error) => Err(format!("is no journal of this bench ({error})")),
+    }
+    .map_err(|reason| {
+        let reason = format!("{reason}; --fresh starts anew, --out may name another folder");
+        InputError::file(path, reason).at_line(1)
+    })
 }
 
 fn open_locked(folder: &Path, path: &Path) -> Result<File, String> {
@@ -81,8 +137,13 @@ fn open_locked(folder: &Path, path: &Path) -> Result<File, String> {
     }
 }
 
-fn parse(text: &str, path: &Path) -> Result<BTreeMap<String, Trial>, InputError> {
-    let trial = |(index, line): (usize, &str)| {
+/// The results of all lines but some first ones.
+fn parse<R: TrialRecord>(
+    text: &str,
+    skipped: usize,
+    path: &Path,
+) -> Result<BTreeMap<String, R>, InputError> {
+    let record = |(index, line): (usize, &str)| {
         let bad = |error| {
             InputError::file(
                 path,
@@ -90,9 +151,11 @@ fn parse(text: &str, path: &Path) -> Result<BTreeMap<String, Trial>, InputError>
             )
             .at_line(index + 1)
         };
-        serde_json::from_str(line).map(|trial: Trial| (trial.key.clone(), trial)).map_err(bad)
+        serde_json::from_str(line)
+            .map(|record: R| (record.as_ref().key.clone(), record))
+            .map_err(bad)
     };
-    text.lines().enumerate().map(trial).collect()
+    text.lines().enumerate().skip(skipped).map(record).collect()
 }
 
 fn unwritable(path: &Path, reason: String) -> CommandError {
@@ -127,7 +190,7 @@ mod tests {
     #[test]
     fn what_was_kept_is_there_again() {
         let folder = tempfile::tempdir().unwrap();
-        let open = |fresh| Journal::open(Some(folder.path()), "a.jsonl", fresh);
+        let open = |fresh| Journal::<Trial>::open(Some(folder.path()), "a.jsonl", fresh);
         let mut journal = open(false).unwrap();
         journal.keep(&trial("one", None)).unwrap();
         journal.keep(&trial("two", Some("accepted"))).unwrap();
@@ -145,7 +208,7 @@ mod tests {
     fn half_a_line_is_dropped_and_a_broken_one_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.jsonl");
-        let open = || Journal::open(Some(folder.path()), "a.jsonl", false);
+        let open = || Journal::<Trial>::open(Some(folder.path()), "a.jsonl", false);
         let line = serde_json::to_string(&trial("one", None)).unwrap();
         std::fs::write(&path, format!("{line}\n{}", &line[..40])).unwrap();
         open().unwrap().keep(&trial("two", None)).unwrap();
@@ -157,8 +220,29 @@ mod tests {
     }
 
     #[test]
+    fn results_of_another_setup_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let open =
+            |fresh, setup| Journal::<Trial>::open_of(Some(folder.path()), "a.jsonl", fresh, setup);
+        open(false, "commit a").unwrap().keep(&trial("one", None)).unwrap();
+        assert!(open(false, "commit a").unwrap().find("one", false).is_some());
+        let error = open(false, "commit b").unwrap_err().to_string();
+        assert!(
+            error.contains("a.jsonl:1: holds results of commit a; this is commit b"),
+            "{error}"
+        );
+        assert!(open(false, "commit a").unwrap().find("one", false).is_some(), "still there");
+        assert!(open(true, "commit b").unwrap().find("one", false).is_none());
+        assert!(open(false, "commit b").is_ok());
+        let other = Journal::<Trial>::open(Some(folder.path()), "b.jsonl", false);
+        other.unwrap().keep(&trial("one", None)).unwrap();
+        let unnamed = Journal::<Trial>::open_of(Some(folder.path()), "b.jsonl", false, "commit a");
+        assert!(unnamed.unwrap_err().to_string().contains("b.jsonl:1: is no journal of this"));
+    }
+
+    #[test]
     fn without_a_folder_results_stay_in_memory() {
-        let mut journal = Journal::open(None, "a.jsonl", false).unwrap();
+        let mut journal = Journal::<Trial>::open(None, "a.jsonl", false).unwrap();
         journal.keep(&trial("one", None)).unwrap();
         assert!(journal.find("one", false).is_some());
     }

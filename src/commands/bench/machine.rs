@@ -60,6 +60,12 @@ impl Machine {
         })
     }
 
+    /// The program: version, commit, and the beginning of its file's digest.
+    pub fn build(&self) -> String {
+        let commit = env!("SUREFOOT_COMMIT");
+        format!("surefoot {} ({commit}, {})", self.version, &self.program[..12])
+    }
+
     /// One line of text.
     pub fn describe(&self) -> String {
         let mut text = format!(

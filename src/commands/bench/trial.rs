@@ -75,6 +75,12 @@ pub struct TrialSetup<'a> {
     pub check: bool,
 }
 
+impl AsRef<Self> for Trial {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
 impl Trial {
     /// Whether a plan was found.
     pub fn is_found(&self) -> bool {

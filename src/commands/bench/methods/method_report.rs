@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::commands::bench::machine::Machine;
-use crate::commands::bench::methods::method_trial::MethodRow;
+use crate::commands::bench::methods::method_row::MethodRow;
 use crate::commands::bench::table::{aligned, count, seconds};
 use crate::input::output_files;
 use crate::report::command_error::CommandError;

@@ -1,13 +1,14 @@
-//! One search by one method, and the statistics of several.
+//! One search by one method.
 
-use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
+use std::ops::Range;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use surefoot_planner::Planner;
 use surefoot_planner::methods::method::{Method, MethodParameters};
+use surefoot_shared_types::base::digest::Digest;
 
-use crate::commands::bench::statistics::mean;
+use crate::commands::bench::journal::Journal;
 use crate::commands::bench::trial::{Trial, TrialSetup};
 use crate::input::inputs::Inputs;
 use crate::report::command_error::CommandError;
@@ -30,31 +31,68 @@ pub struct MethodSetup<'a> {
 }
 
 /// The measurements of one search.
-#[derive(Debug, Clone)]
-struct MethodTrial {
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct MethodTrial {
     /// Time, work and outcome.
-    trial: Trial,
+    pub trial: Trial,
+    /// The method's name.
+    pub method: String,
     /// Steps of the plan.
-    steps: u64,
+    pub steps: u64,
+}
+
+impl AsRef<Trial> for MethodTrial {
+    fn as_ref(&self) -> &Trial {
+        &self.trial
+    }
 }
 
 impl MethodSetup<'_> {
-    /// Searches with the seeds 1 to `trials`.
+    /// Searches with these seeds, but for those whose results the journal of this `program` holds.
     ///
     /// # Errors
-    /// When the planner cannot be made, a plan cannot be checked, or a signal comes.
-    pub fn row(&self, trials: u64) -> Result<MethodRow, CommandError> {
-        let trials = (1..=trials).map(|seed| self.run(seed)).collect::<Result<Vec<_>, _>>()?;
-        Ok(MethodRow::of(self, &trials))
+    /// When the planner cannot be made, a plan cannot be checked, the journal cannot be written,
+    /// or a signal comes.
+    pub fn trials(
+        &self,
+        seeds: Range<u64>,
+        program: &str,
+        journal: &mut Journal<MethodTrial>,
+    ) -> Result<Vec<MethodTrial>, CommandError> {
+        let mut trials = vec![];
+        for seed in seeds {
+            let key = self.key(program, seed);
+            let trial = match journal.find(&key, self.check) {
+                Some(known) => known.clone(),
+                None => {
+                    let trial = self.run(key, seed)?;
+                    journal.keep(&trial)?;
+                    trial
+                }
+            };
+            trials.push(trial);
+        }
+        Ok(trials)
+    }
+
+    /// Names all that a trial's result depends on.
+    fn key(&self, program: &str, seed: u64) -> String {
+        let method = format!("{} {:?} {}", self.method.name(), self.parameters, self.work_max);
+        let trial = self.trial_setup(seed).key(program);
+        Digest::of(&[trial.as_bytes(), method.as_bytes()]).to_string()
     }
 
     /// Searches with a seed and measures; checks the plan if requested.
-    fn run(&self, seed: u64) -> Result<MethodTrial, CommandError> {
+    fn run(&self, key: String, seed: u64) -> Result<MethodTrial, CommandError> {
         let (trial, planner) = self.search(seed)?;
         let setup = self.trial_setup(seed);
         let check_result =
             if trial.is_found() && self.check { Some(setup.check_result(&planner)?) } else { None };
-        Ok(MethodTrial { steps: planner.steps(), trial: Trial { check_result, ..trial } })
+        Ok(MethodTrial {
+            trial: Trial { key, check_result, ..trial },
+            method: self.method.name().to_owned(),
+            steps: planner.steps(),
+        })
     }
 
     /// Searches with a seed; returns the planner, too.
@@ -78,73 +116,5 @@ impl MethodSetup<'_> {
 
     fn trial_setup(&self, seed: u64) -> TrialSetup<'_> {
         TrialSetup { inputs: self.inputs, seed, threads: self.threads, check: self.check }
-    }
-}
-
-/// The statistics of the searches of one method in one scenario. Times, work and steps are means
-/// of the searches that found a plan; null where none did.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MethodRow {
-    /// The scenario's name.
-    pub scenario: String,
-    /// The method's name.
-    pub method: String,
-    /// rho / R_max of the first round; null for methods without discs, infinite ones included.
-    pub disc_radius_share: Option<f64>,
-    /// Growth of rho with each further round; null likewise.
-    pub disc_radius_growth: Option<f64>,
-    /// Searches made.
-    pub trials: usize,
-    /// Searches that found a plan.
-    pub found: usize,
-    /// How many searches had which outcome.
-    pub outcomes: BTreeMap<String, usize>,
-    /// Seconds of a search.
-    pub mean_seconds: Option<f64>,
-    /// Work units of a search.
-    pub mean_work: Option<f64>,
-    /// Steps of a plan.
-    pub mean_steps: Option<f64>,
-    /// Plans that the controller checked.
-    pub checked: usize,
-    /// Plans that it refused.
-    pub refused: usize,
-}
-
-impl MethodRow {
-    /// The row of some searches.
-    fn of(setup: &MethodSetup<'_>, trials: &[MethodTrial]) -> Self {
-        let found: Vec<&MethodTrial> =
-            trials.iter().filter(|trial| trial.trial.is_found()).collect();
-        let of_found = |value: fn(&MethodTrial) -> f64| {
-            mean(&found.iter().map(|trial| value(trial)).collect::<Vec<f64>>())
-        };
-        let mut outcomes = BTreeMap::new();
-        for trial in trials {
-            *outcomes.entry(trial.trial.outcome.clone()).or_default() += 1;
-        }
-        let share = setup.parameters.disc_radius_share;
-        let has_discs =
-            matches!(setup.method, Method::WRpg | Method::RpgDiscs) && share.is_finite();
-        Self {
-            scenario: setup.inputs.scenario.name.clone(),
-            method: setup.method.name().to_owned(),
-            disc_radius_share: has_discs.then_some(share),
-            disc_radius_growth: has_discs.then_some(setup.parameters.disc_radius_growth),
-            trials: trials.len(),
-            found: found.len(),
-            outcomes,
-            mean_seconds: of_found(|trial| trial.trial.seconds),
-            mean_work: of_found(|trial| trial.trial.work as f64),
-            mean_steps: of_found(|trial| trial.steps as f64),
-            checked: trials.iter().filter(|trial| trial.trial.check_result.is_some()).count(),
-            refused: trials.iter().filter(|trial| trial.trial.is_refused()).count(),
-        }
-    }
-
-    /// The outcomes other than a plan, with their counts.
-    pub fn failures(&self) -> String {
-        let failed = self.outcomes.iter().filter(|(outcome, _)| *outcome != "found");
-        failed.map(|(outcome, count)| format!("{outcome} {count}")).collect::<Vec<_>>().join(", ")
     }
 }

@@ -4,11 +4,12 @@ use surefoot_planner::methods::method::Method;
 
 use crate::cli::method_bench_arguments::MethodsArguments;
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::methods::method_journal;
 use crate::commands::bench::methods::method_report::MethodReport;
+use crate::commands::bench::methods::method_row::MethodRow;
 use crate::commands::bench::methods::method_trial::MethodSetup;
 use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::scenarios;
-use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 
 /// The scenarios of the bench.
@@ -34,9 +35,9 @@ const SCENARIOS: [&str; 14] = [
 /// # Errors
 /// When a scenario cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &MethodsArguments) -> Result<CommandOutcome, CommandError> {
-    output_files::check_folder(arguments.out.as_deref())?;
     let scenarios = scenarios::load(&arguments.common.scenarios, &SCENARIOS)?;
-    let machine = Machine::this()?;
+    let (machine, series) = (Machine::this()?, &arguments.series);
+    let mut journal = method_journal::open("methods", &arguments.common, series, &machine)?;
     let methods = if arguments.methods.is_empty() { &Method::ALL[..] } else { &arguments.methods };
     let mut rows = vec![];
     for inputs in &scenarios {
@@ -49,12 +50,14 @@ pub fn run(arguments: &MethodsArguments) -> Result<CommandOutcome, CommandError>
                 threads: arguments.common.threads.count(),
                 check: arguments.check,
             };
-            rows.push(setup.row(arguments.trials)?);
+            let seeds = series.seeds(arguments.trials);
+            let trials = setup.trials(seeds, &machine.program, &mut journal)?;
+            rows.push(MethodRow::of(&setup, &trials));
         }
     }
     let schema = "surefoot-bench-methods/1";
     let report = MethodReport { schema, machine, work_max: arguments.common.work, rows };
-    if let Some(folder) = &arguments.out {
+    if let Some(folder) = &series.out {
         report.save(folder, "methods")?;
     }
     print_report(&report, arguments.common.json, || report.table())?;

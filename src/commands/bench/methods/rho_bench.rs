@@ -5,8 +5,10 @@ use surefoot_planner::methods::method::{Method, MethodParameters};
 
 use crate::cli::method_bench_arguments::RhoArguments;
 use crate::commands::bench::machine::Machine;
+use crate::commands::bench::methods::method_journal;
 use crate::commands::bench::methods::method_report::MethodReport;
-use crate::commands::bench::methods::method_trial::{MethodRow, MethodSetup};
+use crate::commands::bench::methods::method_row::MethodRow;
+use crate::commands::bench::methods::method_trial::MethodSetup;
 use crate::commands::bench::print_report::print_report;
 use crate::commands::bench::scale::plot::{Curve, log_log};
 use crate::commands::bench::scenarios;
@@ -23,9 +25,9 @@ const INFINITE_AT: f64 = 10.0;
 /// # Errors
 /// When a scenario cannot be used, a result cannot be written, or a signal comes.
 pub fn run(arguments: &RhoArguments) -> Result<CommandOutcome, CommandError> {
-    output_files::check_folder(arguments.out.as_deref())?;
     let scenarios = scenarios::load(&arguments.common.scenarios, &SCENARIOS)?;
-    let machine = Machine::this()?;
+    let (machine, series) = (Machine::this()?, &arguments.series);
+    let mut journal = method_journal::open("rho", &arguments.common, series, &machine)?;
     let mut rows = vec![];
     for inputs in &scenarios {
         for &share in &arguments.shares {
@@ -39,12 +41,14 @@ pub fn run(arguments: &RhoArguments) -> Result<CommandOutcome, CommandError> {
                 threads: arguments.common.threads.count(),
                 check: false,
             };
-            rows.push(setup.row(arguments.trials)?);
+            let seeds = series.seeds(arguments.trials);
+            let trials = setup.trials(seeds, &machine.program, &mut journal)?;
+            rows.push(MethodRow::of(&setup, &trials));
         }
     }
     let schema = "surefoot-bench-rho/1";
     let report = MethodReport { schema, machine, work_max: arguments.common.work, rows };
-    if let Some(folder) = &arguments.out {
+    if let Some(folder) = &series.out {
         report.save(folder, "rho")?;
         output_files::write_text(&figure(arguments.method, &report.rows), &folder.join("rho.svg"))?;
     }

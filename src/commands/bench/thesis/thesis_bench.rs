@@ -47,7 +47,7 @@ fn trials(
     arguments: &ThesisArguments,
     inputs: &Inputs,
     program: &str,
-    journal: &mut Journal,
+    journal: &mut Journal<Trial>,
     bar: &ProgressBar,
 ) -> Result<Vec<Trial>, CommandError> {
     let mut trials = Vec::with_capacity(arguments.trials as usize);
