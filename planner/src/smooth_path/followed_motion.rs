@@ -14,7 +14,10 @@ use crate::robot::mechanism::Mechanism;
 use crate::smooth_path::followed_trial::{FOLLOWED_TRIALS, FollowedKind, FollowedTrial};
 use crate::smooth_path::searched_motion::SearchedPhase;
 use crate::smooth_path::spline::{around, end_weights};
-use crate::smooth_path::tuning::{FOLLOWED_KEYS_MAX, FOLLOWED_KEYS_MIN, REFINEMENTS_MAX};
+use crate::smooth_path::tuning::{
+    FOLLOWED_DENSITY, FOLLOWED_KEYS_MAX, FOLLOWED_KEYS_MIN, FOLLOWED_NEAR_DISTANCE, INTERVALS_MAX,
+    INTERVALS_MIN, REFINEMENTS_MAX,
+};
 
 /// A configuration of the searched motion, as a key of the spline.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +25,8 @@ struct FollowedKey {
     configuration: Configuration,
     com: DVec2,
     world_from_soles: [Pose; 2],
+    /// Whether it belongs to the lift-off or the landing of the searched motion.
+    lifts_off: bool,
 }
 
 /// What the configuration at a place of the spline aims at.
@@ -38,6 +43,10 @@ pub(crate) struct FollowedTarget {
 pub(crate) struct FollowedMotion {
     keys: Vec<FollowedKey>,
     kind: FollowedKind,
+    /// Number of intervals between the points of the phase.
+    intervals: usize,
+    /// Whether a foot swings.
+    has_swing: bool,
     state: KinematicState,
 }
 
@@ -47,13 +56,15 @@ impl FollowedMotion {
         Self {
             keys: reserve((FOLLOWED_KEYS_MAX << REFINEMENTS_MAX) + 1),
             kind: FollowedKind::Soles,
+            intervals: INTERVALS_MIN,
+            has_swing: false,
             state: KinematicState::default(),
         }
     }
 
     /// Takes the motion of a phase, at even places between its waypoints, in the way of one of
-    /// [`FOLLOWED_TRIALS`]. With more keys the spline comes nearer to the motion. The soles of feet
-    /// that stand keep the poses in `stance`.
+    /// [`FOLLOWED_TRIALS`]. With more keys the spline comes nearer to the motion, with fewer it is
+    /// shorter. The soles of feet that stand keep the poses in `stance`.
     pub fn begin(
         &mut self,
         robot: &Mechanism,
@@ -61,10 +72,12 @@ impl FollowedMotion {
         stance: [Option<Pose>; 2],
         trial: u8,
     ) {
-        let FollowedTrial { refinements, kind } = FOLLOWED_TRIALS[usize::from(trial)];
+        let FollowedTrial { coarsenings, refinements, kind } = FOLLOWED_TRIALS[usize::from(trial)];
         self.kind = kind;
+        self.has_swing = stance.iter().any(Option::is_none);
         self.keys.clear();
         let waypoints = searched.len();
+        let lift_off = searched.lift_offs();
         let count = waypoints.clamp(FOLLOWED_KEYS_MIN, FOLLOWED_KEYS_MAX) << refinements;
         for index in 0..=count {
             let at = (index * waypoints) as f64 / count as f64;
@@ -79,8 +92,44 @@ impl FollowedMotion {
             let soles =
                 [0, 1].map(|limb| stance[limb].unwrap_or(self.state.world_from_sole(robot, limb)));
             let com = self.state.com.truncate();
-            self.keys.push(FollowedKey { configuration, com, world_from_soles: soles });
+            let lifts_off = at <= lift_off[0] as f64 || at >= lift_off[1] as f64;
+            self.keys.push(FollowedKey { configuration, com, world_from_soles: soles, lifts_off });
         }
+        self.intervals = (FOLLOWED_DENSITY * self.end()).clamp(INTERVALS_MIN, INTERVALS_MAX);
+        self.coarsen(coarsenings);
+    }
+
+    /// Keeps one of `2^coarsenings` keys where a swing foot is far from its footholds, and in
+    /// double support.
+    fn coarsen(&mut self, coarsenings: u8) {
+        let last = self.end();
+        let (mut kept, mut left_out) = (1, 0);
+        for index in 1..=last {
+            left_out += 1;
+            if index == last || left_out >= 1 << coarsenings || self.is_near_foothold(index) {
+                self.keys[kept] = self.keys[index];
+                (kept, left_out) = (kept + 1, 0);
+            }
+        }
+        self.keys.truncate(kept);
+    }
+
+    /// Whether the swing foot lifts off or lands at a key, or is about to.
+    fn is_near_foothold(&self, index: usize) -> bool {
+        let here = &self.keys[index];
+        let is_near = |end: usize| {
+            let there = &self.keys[end].world_from_soles;
+            let soles = here.world_from_soles.iter().zip(there);
+            soles
+                .map(|(here, there)| here.translation.distance(there.translation))
+                .all(|way| way < FOLLOWED_NEAR_DISTANCE)
+        };
+        self.has_swing && (here.lifts_off || is_near(0) || is_near(self.end()))
+    }
+
+    /// Number of intervals between the points of the phase.
+    pub fn intervals(&self) -> usize {
+        self.intervals
     }
 
     /// The place at which the spline ends.
@@ -89,9 +138,14 @@ impl FollowedMotion {
     }
 
     /// Distance (m) of the soles from the nearer end of the motion, along the ground there: on
-    /// inclined ground a foot that lifts off along its sole's normal moves aside, too.
+    /// inclined ground a foot that lifts off along its sole's normal moves aside, too. It is 0
+    /// where the searched motion lifts off or lands, which may lead aside, too.
     pub fn distance_aside(&self, place: f64) -> f64 {
-        let at = (libm::floor(place.max(0.0)) as usize).min(self.end());
+        let [at, next] =
+            [libm::floor, libm::ceil].map(|to| (to(place.max(0.0)) as usize).min(self.end()));
+        if self.keys[at].lifts_off && self.keys[next].lifts_off {
+            return 0.0;
+        }
         let from = |end: usize| {
             let [here, there] = [at, end].map(|index| &self.keys[index].world_from_soles);
             let aside = |limb: usize| {
@@ -186,6 +240,7 @@ mod tests {
                 configuration: Configuration { world_from_root, q },
                 com: DVec2::ZERO,
                 world_from_soles: [Pose::IDENTITY; 2],
+                lifts_off: false,
             }
         };
         let mut motion = FollowedMotion::new();
@@ -204,5 +259,29 @@ mod tests {
             let bend = before.q[3] - 2.0 * here.q[3] + after.q[3];
             assert!(bend.abs() < 3.0 * step * step, "{index}: {bend}");
         }
+    }
+
+    #[test]
+    fn keys_are_left_out_far_from_the_footholds_only() {
+        let mut motion = FollowedMotion::new();
+        motion.has_swing = true;
+        motion.keys.extend((0..=40).map(|index| {
+            let swing = DVec3::new(0.01 * f64::from(index), 0.0, 0.0);
+            FollowedKey {
+                configuration: Configuration {
+                    world_from_root: Pose::IDENTITY,
+                    q: [0.0; JOINTS_MAX],
+                },
+                com: DVec2::ZERO,
+                world_from_soles: [Pose::IDENTITY, Pose::from_translation(swing)],
+                lifts_off: index <= 3 || index >= 36,
+            }
+        }));
+        motion.coarsen(2);
+        let places = motion.keys.iter().map(|key| 100.0 * key.world_from_soles[1].translation.x);
+        let kept: Vec<i32> = places.map(|place| libm::round(place) as i32).collect();
+        assert_eq!(kept, [0, 1, 2, 3, 7, 11, 15, 19, 23, 27, 31, 35, 36, 37, 38, 39, 40]);
+        assert_eq!(motion.distance_aside(2.5), 0.0, "it lifts off");
+        assert!(motion.distance_aside(3.5) > 0.02);
     }
 }

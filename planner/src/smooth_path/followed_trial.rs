@@ -16,16 +16,32 @@ pub(crate) enum FollowedKind {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FollowedTrial {
     pub kind: FollowedKind,
+    /// How often every other key is left out where the swing foot is far from its footholds.
+    pub coarsenings: u8,
     /// How often the distance of two keys is halved.
     pub refinements: u8,
 }
 
 /// The trials in order.
-pub(crate) const FOLLOWED_TRIALS: [FollowedTrial; 6] = [
-    FollowedTrial { kind: FollowedKind::Soles, refinements: 0 },
-    FollowedTrial { kind: FollowedKind::Soles, refinements: 1 },
-    FollowedTrial { kind: FollowedKind::Soles, refinements: 2 },
-    FollowedTrial { kind: FollowedKind::Joints, refinements: 0 },
-    FollowedTrial { kind: FollowedKind::Joints, refinements: 1 },
-    FollowedTrial { kind: FollowedKind::Joints, refinements: 2 },
+pub(crate) const FOLLOWED_TRIALS: [FollowedTrial; 10] = [
+    coarse(FollowedKind::Soles, 3),
+    coarse(FollowedKind::Soles, 2),
+    coarse(FollowedKind::Soles, 1),
+    fine(FollowedKind::Soles, 0),
+    coarse(FollowedKind::Joints, 2),
+    fine(FollowedKind::Soles, 1),
+    fine(FollowedKind::Soles, 2),
+    fine(FollowedKind::Joints, 0),
+    fine(FollowedKind::Joints, 1),
+    fine(FollowedKind::Joints, 2),
 ];
+
+/// A trial with fewer keys.
+const fn coarse(kind: FollowedKind, coarsenings: u8) -> FollowedTrial {
+    FollowedTrial { kind, coarsenings, refinements: 0 }
+}
+
+/// A trial with more keys.
+const fn fine(kind: FollowedKind, refinements: u8) -> FollowedTrial {
+    FollowedTrial { kind, coarsenings: 0, refinements }
+}

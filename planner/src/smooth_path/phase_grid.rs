@@ -4,8 +4,7 @@ use crate::smooth_path::curve::Curve;
 use crate::smooth_path::key_table::KeySource;
 use crate::smooth_path::layout::swing_of;
 use crate::smooth_path::tuning::{
-    FOLLOWED_DENSITY, INTERVALS_MAX, INTERVALS_MIN, KEY_SECONDS, POINT_STEP, REFINEMENTS_MAX,
-    SWING_POINT_STEP,
+    INTERVALS_MAX, INTERVALS_MIN, KEY_SECONDS, POINT_STEP, REFINEMENTS_MAX, SWING_POINT_STEP,
 };
 
 /// Most intervals of a phase that is not refined.
@@ -55,9 +54,8 @@ impl PhaseGrid {
         Some(Self { phase, begin, step: (end - begin) / intervals as f64, intervals })
     }
 
-    /// The grid of a followed motion whose spline ends at place `end`.
-    pub fn followed(phase: usize, end: usize) -> Self {
-        let intervals = (FOLLOWED_DENSITY * end).clamp(INTERVALS_MIN, INTERVALS_MAX);
+    /// The grid of a followed motion whose spline ends at place `end`, of this many intervals.
+    pub fn followed(phase: usize, end: usize, intervals: usize) -> Self {
         Self { phase, begin: 0.0, step: end as f64 / intervals as f64, intervals }
     }
 

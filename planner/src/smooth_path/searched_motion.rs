@@ -29,6 +29,19 @@ impl SearchedPhase<'_> {
         self.edges.clone().map(|edge| motion(edge).len()).sum()
     }
 
+    /// The waypoint up to which the swing foot lifts off, and the one from which it lands; the
+    /// first and the last one where no lift-off is known.
+    pub fn lift_offs(&self) -> [usize; 2] {
+        let edge = self.plan.edge(self.edges.start);
+        let motion = self.plan.roadmap.motion(edge).unwrap_or_default();
+        let [off, on] =
+            self.plan.roadmap.lifted(edge).map(|known| known.map_or(&[][..], |(_, path)| path));
+        let lifted = motion.iter().zip(off).take_while(|(here, known)| here == known).count();
+        let before_last = motion.iter().rev().skip(1);
+        let landing = before_last.zip(on).take_while(|(here, known)| here == known).count();
+        [lifted, self.len() - landing]
+    }
+
     /// Waypoint `index` and the one after it, with their edge; `None` after the last.
     pub fn pair(&self, mut index: usize) -> Option<(usize, [Configuration; 2])> {
         for edge in self.edges.clone() {

@@ -247,7 +247,9 @@ impl Smoother {
         let stance = [0, 1].map(|limb| mode.is_stance(limb).then_some(mode.world_from_soles[limb]));
         let searched = SearchedPhase { plan: inputs.plan, edges };
         self.followed.begin(&inputs.constraints.robot, &searched, stance, refinements);
-        (self.followed.end() > 0).then(|| PhaseGrid::followed(phase, self.followed.end()))
+        let followed = &self.followed;
+        (followed.end() > 0)
+            .then(|| PhaseGrid::followed(phase, followed.end(), followed.intervals()))
     }
 
     /// Whether the robot rests at the beginning and at the end of a phase.

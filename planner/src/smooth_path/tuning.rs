@@ -59,8 +59,11 @@ pub(crate) const OPEN_PHASES: usize = 9;
 pub(crate) const FOLLOWED_KEYS_MIN: usize = 4;
 /// Most intervals between keys of a spline along a searched motion that is not refined.
 pub(crate) const FOLLOWED_KEYS_MAX: usize = 48;
-/// Intervals between points for each interval between keys of a followed motion.
+/// Intervals between points for each interval between keys of a followed motion before keys are
+/// left out.
 pub(crate) const FOLLOWED_DENSITY: usize = 2;
+/// Distance (m) of a swing foot from its foothold up to which no keys are left out.
+pub(crate) const FOLLOWED_NEAR_DISTANCE: f64 = 0.03;
 
 // The solution for a point.
 
