@@ -82,6 +82,8 @@ pub struct Smoother {
     /// How often the intervals of each phase are halved, or along a searched motion which of
     /// [`FOLLOWED_TRIALS`] it is.
     refinements: Vec<u8>,
+    /// The phase that failed last: it is checked again before those before it that changed.
+    failed: Option<usize>,
     task: Task,
     check: Box<PhaseCheck>,
     followed: Box<FollowedMotion>,
@@ -98,6 +100,7 @@ impl Smoother {
             curve: Curve::new(edges_max),
             states: reserve(2 * edges_max + 1),
             refinements: reserve(2 * edges_max + 1),
+            failed: None,
             task: Task::Over,
             check: Box::new(PhaseCheck::new()),
             followed: Box::new(FollowedMotion::new()),
@@ -148,6 +151,7 @@ impl Smoother {
             }
         }
         self.path.begin();
+        self.failed = None;
         self.task = Task::Keys { swing: 0 };
     }
 
@@ -203,6 +207,7 @@ impl Smoother {
         self.states.fill(PhaseState::Searched);
         self.curve.rests.fill(true);
         self.path.begin();
+        self.failed = None;
         self.task = Task::Choose;
     }
 
@@ -211,10 +216,11 @@ impl Smoother {
         self.states.iter().all(|state| *state == PhaseState::Searched)
     }
 
-    /// Begins with the first phase that is not written: with its check, or with its points where it
-    /// needs none.
+    /// Begins with the phase that failed last, if it is to be checked again, else with the first
+    /// one that is not written: with its check, or with its points where it needs none.
     fn choose(&mut self, inputs: &SmoothingInputs<'_>) {
-        let phase = self.path.phases();
+        let failed = self.failed.take().filter(|&phase| self.is_open(phase));
+        let phase = failed.unwrap_or(self.path.phases());
         if phase == self.states.len() {
             self.path.finalize(phase);
             self.task = Task::Over;
@@ -225,7 +231,7 @@ impl Smoother {
             self.task = Task::WriteSearched { phase, next: 0 };
             return;
         }
-        let is_open = matches!(self.states[phase], PhaseState::Open | PhaseState::OpenFollowed);
+        let is_open = self.is_open(phase);
         match self.grid(inputs, phase) {
             Some(grid) => {
                 self.check.begin(grid, self.rests_of(phase));
@@ -234,6 +240,11 @@ impl Smoother {
             None if is_open => self.reject(inputs, phase),
             None => self.leave_unwritten(inputs, phase),
         }
+    }
+
+    /// Whether a phase is to be checked.
+    fn is_open(&self, phase: usize) -> bool {
+        matches!(self.states[phase], PhaseState::Open | PhaseState::OpenFollowed)
     }
 
     /// The grid of a phase; `None` where it has no length.
@@ -278,7 +289,8 @@ impl Smoother {
         does
     }
 
-    /// Checks the next configuration of a phase, and writes the phase once all are checked.
+    /// Checks the next configuration of a phase. Once all are checked, writes the phase if it is
+    /// the next one.
     fn check(
         &mut self,
         inputs: &SmoothingInputs<'_>,
@@ -295,10 +307,15 @@ impl Smoother {
                     PhaseState::Open => PhaseState::Smooth,
                     _ => PhaseState::Followed,
                 };
-                self.write(inputs, phase).map(|()| None)
+                if phase == self.path.phases() {
+                    return self.write(inputs, phase).map(|()| None);
+                }
+                self.task = Task::Choose;
+                Ok(None)
             }
             Err(rejection) => {
                 self.task = Task::Choose;
+                self.failed = Some(phase);
                 if !self.refine(phase, rejection) {
                     self.reject(inputs, phase);
                 }
