@@ -13,7 +13,7 @@ use crate::constraints::rejection::Rejection;
 use crate::plan::chunk_builder::contact_of;
 use crate::smooth_path::curve::Curve;
 use crate::smooth_path::followed_motion::FollowedMotion;
-use crate::smooth_path::followed_trial::FOLLOWED_TRIALS;
+use crate::smooth_path::followed_trial::next_trial;
 use crate::smooth_path::key_table::KeySource;
 pub use crate::smooth_path::layout::SearchedPlan;
 use crate::smooth_path::layout::{Layout, swing_of};
@@ -79,8 +79,8 @@ pub struct Smoother {
     layout: Layout,
     curve: Curve,
     states: Vec<PhaseState>,
-    /// How often the intervals of each phase are halved, or along a searched motion which of
-    /// [`FOLLOWED_TRIALS`] it is.
+    /// How often the intervals of each phase are halved, or which trial it is along a searched
+    /// motion.
     refinements: Vec<u8>,
     /// The phase that failed last: it is checked again before those before it that changed.
     failed: Option<usize>,
@@ -280,13 +280,15 @@ impl Smoother {
     /// much between two points that stance soles drift. Along a searched motion the next kind of
     /// spline is tried. Returns whether there is one.
     fn refine(&mut self, phase: usize, rejection: Rejection) -> bool {
-        let (helps, most) = match self.states[phase] {
-            PhaseState::Open => (rejection == Rejection::FootDrift, REFINEMENTS_MAX),
-            _ => (true, FOLLOWED_TRIALS.len() as u8 - 1),
+        let next = self.refinements[phase] + 1;
+        let chosen = match self.states[phase] {
+            PhaseState::Open => {
+                Some(next).filter(|_| rejection == Rejection::FootDrift && next <= REFINEMENTS_MAX)
+            }
+            _ => next_trial(next, swing_of(phase).is_some()),
         };
-        let does = helps && self.refinements[phase] < most;
-        self.refinements[phase] += u8::from(does);
-        does
+        self.refinements[phase] = chosen.unwrap_or(self.refinements[phase]);
+        chosen.is_some()
     }
 
     /// Checks the next configuration of a phase. Once all are checked, writes the phase if it is
@@ -383,7 +385,7 @@ impl Smoother {
             return;
         }
         self.states[phase] = PhaseState::OpenFollowed;
-        self.refinements[phase] = 0;
+        self.refinements[phase] = next_trial(0, swing_of(phase).is_some()).unwrap_or(0);
         for key in self.layout.end_keys(phase) {
             self.curve.rests[key] = true;
         }
