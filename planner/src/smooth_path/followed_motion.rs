@@ -45,8 +45,6 @@ pub(crate) struct FollowedMotion {
     kind: FollowedKind,
     /// Number of intervals between the points of the phase.
     intervals: usize,
-    /// Whether a foot swings.
-    has_swing: bool,
     state: KinematicState,
 }
 
@@ -57,7 +55,6 @@ impl FollowedMotion {
             keys: reserve((FOLLOWED_KEYS_MAX << REFINEMENTS_MAX) + 1),
             kind: FollowedKind::Soles,
             intervals: INTERVALS_MIN,
-            has_swing: false,
             state: KinematicState::default(),
         }
     }
@@ -74,7 +71,6 @@ impl FollowedMotion {
     ) {
         let FollowedTrial { coarsenings, refinements, kind } = FOLLOWED_TRIALS[usize::from(trial)];
         self.kind = kind;
-        self.has_swing = stance.iter().any(Option::is_none);
         self.keys.clear();
         let waypoints = searched.len();
         let lift_off = searched.lift_offs();
@@ -99,8 +95,7 @@ impl FollowedMotion {
         self.coarsen(coarsenings);
     }
 
-    /// Keeps one of `2^coarsenings` keys where a swing foot is far from its footholds, and in
-    /// double support.
+    /// Keeps one of `2^coarsenings` keys where the swing foot is far from its footholds.
     fn coarsen(&mut self, coarsenings: u8) {
         let last = self.end();
         let (mut kept, mut left_out) = (1, 0);
@@ -124,7 +119,7 @@ impl FollowedMotion {
                 .map(|(here, there)| here.translation.distance(there.translation))
                 .all(|way| way < FOLLOWED_NEAR_DISTANCE)
         };
-        self.has_swing && (here.lifts_off || is_near(0) || is_near(self.end()))
+        here.lifts_off || is_near(0) || is_near(self.end())
     }
 
     /// Number of intervals between the points of the phase.
@@ -264,7 +259,6 @@ mod tests {
     #[test]
     fn keys_are_left_out_far_from_the_footholds_only() {
         let mut motion = FollowedMotion::new();
-        motion.has_swing = true;
         motion.keys.extend((0..=40).map(|index| {
             let swing = DVec3::new(0.01 * f64::from(index), 0.0, 0.0);
             FollowedKey {

@@ -22,7 +22,8 @@ pub(crate) struct FollowedTrial {
     pub refinements: u8,
 }
 
-/// The trials in order.
+/// The trials in order. Those with fewer keys are for swings only: in double support the load
+/// would move from foot to foot so fast that robots sway.
 pub(crate) const FOLLOWED_TRIALS: [FollowedTrial; 10] = [
     coarse(FollowedKind::Soles, 3),
     coarse(FollowedKind::Soles, 2),
@@ -35,6 +36,13 @@ pub(crate) const FOLLOWED_TRIALS: [FollowedTrial; 10] = [
     fine(FollowedKind::Joints, 1),
     fine(FollowedKind::Joints, 2),
 ];
+
+/// The first trial from `first` on for a phase in which a foot swings or none does.
+pub(crate) fn next_trial(first: u8, has_swing: bool) -> Option<u8> {
+    let suits = |trial: &FollowedTrial| has_swing || trial.coarsenings == 0;
+    let place = FOLLOWED_TRIALS.iter().skip(usize::from(first)).position(suits)?;
+    Some(first + place as u8)
+}
 
 /// A trial with fewer keys.
 const fn coarse(kind: FollowedKind, coarsenings: u8) -> FollowedTrial {

@@ -13,7 +13,7 @@ use crate::constraints::rejection::Rejection;
 use crate::plan::chunk_builder::contact_of;
 use crate::smooth_path::curve::Curve;
 use crate::smooth_path::followed_motion::FollowedMotion;
-use crate::smooth_path::followed_trial::FOLLOWED_TRIALS;
+use crate::smooth_path::followed_trial::next_trial;
 use crate::smooth_path::key_table::KeySource;
 pub use crate::smooth_path::layout::SearchedPlan;
 use crate::smooth_path::layout::{Layout, swing_of};
@@ -79,9 +79,11 @@ pub struct Smoother {
     layout: Layout,
     curve: Curve,
     states: Vec<PhaseState>,
-    /// How often the intervals of each phase are halved, or along a searched motion which of
-    /// [`FOLLOWED_TRIALS`] it is.
+    /// How often the intervals of each phase are halved, or which trial it is along a searched
+    /// motion.
     refinements: Vec<u8>,
+    /// The phase that failed last: it is checked again before those before it that changed.
+    failed: Option<usize>,
     task: Task,
     check: Box<PhaseCheck>,
     followed: Box<FollowedMotion>,
@@ -98,6 +100,7 @@ impl Smoother {
             curve: Curve::new(edges_max),
             states: reserve(2 * edges_max + 1),
             refinements: reserve(2 * edges_max + 1),
+            failed: None,
             task: Task::Over,
             check: Box::new(PhaseCheck::new()),
             followed: Box::new(FollowedMotion::new()),
@@ -148,6 +151,7 @@ impl Smoother {
             }
         }
         self.path.begin();
+        self.failed = None;
         self.task = Task::Keys { swing: 0 };
     }
 
@@ -203,6 +207,7 @@ impl Smoother {
         self.states.fill(PhaseState::Searched);
         self.curve.rests.fill(true);
         self.path.begin();
+        self.failed = None;
         self.task = Task::Choose;
     }
 
@@ -211,10 +216,11 @@ impl Smoother {
         self.states.iter().all(|state| *state == PhaseState::Searched)
     }
 
-    /// Begins with the first phase that is not written: with its check, or with its points where it
-    /// needs none.
+    /// Begins with the phase that failed last, if it is to be checked again, else with the first
+    /// one that is not written: with its check, or with its points where it needs none.
     fn choose(&mut self, inputs: &SmoothingInputs<'_>) {
-        let phase = self.path.phases();
+        let failed = self.failed.take().filter(|&phase| self.is_open(phase));
+        let phase = failed.unwrap_or(self.path.phases());
         if phase == self.states.len() {
             self.path.finalize(phase);
             self.task = Task::Over;
@@ -225,7 +231,7 @@ impl Smoother {
             self.task = Task::WriteSearched { phase, next: 0 };
             return;
         }
-        let is_open = matches!(self.states[phase], PhaseState::Open | PhaseState::OpenFollowed);
+        let is_open = self.is_open(phase);
         match self.grid(inputs, phase) {
             Some(grid) => {
                 self.check.begin(grid, self.rests_of(phase));
@@ -234,6 +240,11 @@ impl Smoother {
             None if is_open => self.reject(inputs, phase),
             None => self.leave_unwritten(inputs, phase),
         }
+    }
+
+    /// Whether a phase is to be checked.
+    fn is_open(&self, phase: usize) -> bool {
+        matches!(self.states[phase], PhaseState::Open | PhaseState::OpenFollowed)
     }
 
     /// The grid of a phase; `None` where it has no length.
@@ -269,16 +280,19 @@ impl Smoother {
     /// much between two points that stance soles drift. Along a searched motion the next kind of
     /// spline is tried. Returns whether there is one.
     fn refine(&mut self, phase: usize, rejection: Rejection) -> bool {
-        let (helps, most) = match self.states[phase] {
-            PhaseState::Open => (rejection == Rejection::FootDrift, REFINEMENTS_MAX),
-            _ => (true, FOLLOWED_TRIALS.len() as u8 - 1),
+        let next = self.refinements[phase] + 1;
+        let chosen = match self.states[phase] {
+            PhaseState::Open => {
+                Some(next).filter(|_| rejection == Rejection::FootDrift && next <= REFINEMENTS_MAX)
+            }
+            _ => next_trial(next, swing_of(phase).is_some()),
         };
-        let does = helps && self.refinements[phase] < most;
-        self.refinements[phase] += u8::from(does);
-        does
+        self.refinements[phase] = chosen.unwrap_or(self.refinements[phase]);
+        chosen.is_some()
     }
 
-    /// Checks the next configuration of a phase, and writes the phase once all are checked.
+    /// Checks the next configuration of a phase. Once all are checked, writes the phase if it is
+    /// the next one.
     fn check(
         &mut self,
         inputs: &SmoothingInputs<'_>,
@@ -295,10 +309,15 @@ impl Smoother {
                     PhaseState::Open => PhaseState::Smooth,
                     _ => PhaseState::Followed,
                 };
-                self.write(inputs, phase).map(|()| None)
+                if phase == self.path.phases() {
+                    return self.write(inputs, phase).map(|()| None);
+                }
+                self.task = Task::Choose;
+                Ok(None)
             }
             Err(rejection) => {
                 self.task = Task::Choose;
+                self.failed = Some(phase);
                 if !self.refine(phase, rejection) {
                     self.reject(inputs, phase);
                 }
@@ -366,7 +385,7 @@ impl Smoother {
             return;
         }
         self.states[phase] = PhaseState::OpenFollowed;
-        self.refinements[phase] = 0;
+        self.refinements[phase] = next_trial(0, swing_of(phase).is_some()).unwrap_or(0);
         for key in self.layout.end_keys(phase) {
             self.curve.rests[key] = true;
         }

@@ -249,8 +249,8 @@ impl LinearProgram {
     /// The row whose variable reaches 0 first as a variable grows.
     fn blocking_row(&self, entering: usize) -> Option<usize> {
         let slope_of = |row: usize| self.table[row * STRIDE + entering];
-        let room_of = |row: usize| self.value_of(row).max(0.0);
-        first_to_block(0..self.basis.len(), slope_of, room_of, false)
+        let slack_of = |row: usize| self.value_of(row).max(0.0);
+        first_to_block(0..self.basis.len(), slope_of, slack_of, false)
     }
 
     /// The dual simplex method.
@@ -265,8 +265,8 @@ impl LinearProgram {
             };
             let Some(row) = row else { return Ok(()) };
             let slope_of = |column: usize| -self.table[row * STRIDE + column];
-            let room_of = |column: usize| -self.gains[column].min(0.0);
-            let entering = first_to_block(self.columns(), slope_of, room_of, is_careful);
+            let slack_of = |column: usize| -self.gains[column].min(0.0);
+            let entering = first_to_block(self.columns(), slope_of, slack_of, is_careful);
             let Some(entering) = entering else { return Err(NoOptimum::Infeasible) };
             self.pivot(row, entering);
         }
@@ -317,21 +317,21 @@ impl LinearProgram {
     }
 }
 
-/// The candidate whose room is used up first as something grows that takes `slope` of it. Of those
-/// whose rooms end together within the tolerance it is the one of the largest slope, since a pivot
+/// The candidate whose slack is used up first as something grows that takes `slope` of it. Of those
+/// whose slacks end together within the tolerance it is the one of the largest slope, since a pivot
 /// near 0 multiplies every rounding error [Harris 1973]. A careful choice is the first of them,
 /// against cycles [Bland 1977].
 fn first_to_block(
     candidates: std::ops::Range<usize>,
     slope_of: impl Fn(usize) -> f64,
-    room_of: impl Fn(usize) -> f64,
+    slack_of: impl Fn(usize) -> f64,
     is_careful: bool,
 ) -> Option<usize> {
     let blocking = candidates.filter(|&at| slope_of(at) > TOLERANCE);
-    let end_of = |at: usize| (room_of(at) + TOLERANCE) / slope_of(at);
+    let end_of = |at: usize| (slack_of(at) + TOLERANCE) / slope_of(at);
     let end = blocking.clone().map(end_of).fold(f64::INFINITY, f64::min);
     let mut best: Option<usize> = None;
-    for at in blocking.filter(|&at| room_of(at) / slope_of(at) <= end) {
+    for at in blocking.filter(|&at| slack_of(at) / slope_of(at) <= end) {
         if best.is_none_or(|best| !is_careful && slope_of(at) > slope_of(best)) {
             best = Some(at);
         }
