@@ -51,23 +51,31 @@ fn is_joined(chunks: &[PlanChunk]) -> bool {
 }
 
 #[test]
-fn a_walk_along_beams_takes_less_time() {
-    let case = Case::smooth("ibeam_hallway");
-    let mut first = planner(&case, 0, 1);
-    found(&mut first, u64::MAX);
-    assert_eq!(first.improvement(), None);
-    let mut better = planner(&case, 100_000, 2);
-    found(&mut better, u64::MAX);
-    let improvement = better.improvement().unwrap();
-    assert_eq!(improvement.first_seconds, seconds(&first));
-    assert_eq!(improvement.first_work, first.stats().work);
-    assert_eq!(improvement.seconds, seconds(&better));
-    assert!(improvement.seconds < 0.97 * improvement.first_seconds, "{improvement:?}");
-    assert!(improvement.kept > 0 && improvement.rounds > improvement.kept, "{improvement:?}");
-    assert!(is_joined(better.chunks()));
-    assert!(better.steps() > 0 && better.waypoints() > 0);
-    let sum: u64 = better.stats().work_by_category.iter().sum();
-    assert_eq!(sum, better.stats().work, "all work has a category");
+fn walks_along_beams_take_less_time() {
+    let improvements = [1, 2, 3, 4, 5].map(|seed| {
+        let case = Case::smooth("ibeam_hallway").with_seed(seed);
+        let mut first = planner(&case, 0, 1);
+        found(&mut first, u64::MAX);
+        assert_eq!(first.improvement(), None);
+        let mut better = planner(&case, 100_000, 2);
+        found(&mut better, u64::MAX);
+        let improvement = better.improvement().unwrap();
+        assert_eq!(improvement.first_seconds, seconds(&first));
+        assert_eq!(improvement.first_work, first.stats().work);
+        assert_eq!(improvement.seconds, seconds(&better));
+        assert!(improvement.seconds <= improvement.first_seconds, "{improvement:?}");
+        assert!(improvement.rounds > improvement.kept, "{improvement:?}");
+        assert!(is_joined(better.chunks()));
+        assert!(better.steps() > 0 && better.waypoints() > 0);
+        let sum: u64 = better.stats().work_by_category.iter().sum();
+        assert_eq!(sum, better.stats().work, "all work has a category");
+        improvement
+    });
+    let before: f64 = improvements.iter().map(|improvement| improvement.first_seconds).sum();
+    let after: f64 = improvements.iter().map(|improvement| improvement.seconds).sum();
+    assert!(after < 0.97 * before, "{improvements:?}");
+    let kept = improvements.iter().filter(|improvement| improvement.kept > 0).count();
+    assert!(kept >= 3, "{improvements:?}");
 }
 
 #[test]
