@@ -208,7 +208,7 @@ fn a_leaning_root_is_projected_where_hips_align() {
     let constraints = Constraints::new(robot, collision, config);
     let robot = &constraints.robot;
     let [upright, leaning] = [0.0, 1.2].map(|pitch| {
-        let crouch = Crouch { leg_extension: 1.0, pitch, roll: 0.0 };
+        let crouch = Crouch { leg_extension: 1.0, pitch, ..Crouch::UPRIGHT };
         let [stance, other] = [(0, 0.06), (1, -0.06)].map(|(limb, y)| Foothold {
             crouch,
             ..foothold(&constraints, limb, DVec2::new(5.0, y))

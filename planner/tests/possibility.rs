@@ -66,7 +66,7 @@ impl Compiled {
         let config = &case.scenario.planner;
         let robot = Mechanism::new(&case.model, config).unwrap();
         let preparation = preparation_for(&case.model, config);
-        let upper_body = UpperBody::new(&case.model, &robot);
+        let upper_body = UpperBody::new(&case.model, &robot, None);
         let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
         let placement = FootPlacementConfig::default();
         let (bounds, ends) =

@@ -2,6 +2,7 @@
 //! them [Grey 4.1]: the centre of mass over the support polygon, torque limits, and no collision.
 //! Joint limits are satisfied where joints are set. Cheap tests come first.
 
+use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::planner::{FOOT_DRIFT_MAX, FOOT_TURN_MAX};
 use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
 use surefoot_shared_types::message::SupportMode;
@@ -13,6 +14,7 @@ use crate::constraints::tuning::{
     COM_MARGIN_RESERVE, CURVE_MARGIN_SHARE, CURVE_ROUNDING, INTERVALS_MIN, LOAD_SHARES,
     MARGIN_DEPTH_SHARE_MAX, MORE_LOAD_SHARES, START_MARGIN_LOSS_MAX,
 };
+use crate::constraints::waist::Waist;
 use crate::robot::configuration::{Configuration, midway};
 use crate::robot::gravity_torques::{FootLoad, balance_loads, effort_use};
 use crate::robot::kinematic_state::KinematicState;
@@ -24,6 +26,8 @@ use crate::robot::single_support::SingleSupportPosture;
 pub struct Constraints {
     /// The robot.
     pub robot: Mechanism,
+    /// The joint that bends the trunk forward, if there is one.
+    pub waist: Option<Waist>,
     /// Default postures in single support, by stance limb.
     pub single_support_postures: [SingleSupportPosture; 2],
     /// The geometry of the robot and the world.
@@ -38,13 +42,34 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    /// Compiles the constraints and derives the single-support postures. The checker's margin is
-    /// the default one.
+    /// Compiles the constraints and derives the single-support postures and how far the waist
+    /// bends. The checker's margin is the default one.
     pub fn new(robot: Mechanism, collision: CollisionModel, config: PlannerConfig) -> Self {
         let single_support_postures = [0, 1].map(|limb| SingleSupportPosture::derive(&robot, limb));
+        let waist = Waist::new(&robot, &collision);
         let checked_com_margin = CheckerConfig::default().com_margin;
         let load_shares = &LOAD_SHARES;
-        Self { robot, single_support_postures, collision, config, checked_com_margin, load_shares }
+        Self {
+            robot,
+            waist,
+            single_support_postures,
+            collision,
+            config,
+            checked_com_margin,
+            load_shares,
+        }
+    }
+
+    /// The farthest forward bend of the waist from the standing posture, rad; 0 without a waist.
+    pub fn waist_bend_max(&self) -> f64 {
+        self.waist.map_or(0.0, |waist| waist.bend_max)
+    }
+
+    /// Bends the waist, if there is one, forward by `angle` (rad), as far as its limits allow.
+    pub fn bend_waist(&self, q: &mut [f64; JOINTS_MAX], angle: f64) {
+        if let Some(waist) = self.waist {
+            waist.bend(q, angle);
+        }
     }
 
     /// Relaxes the margin of the centre of mass to `com_margin` (m), multiplies the usable efforts,

@@ -6,3 +6,4 @@ pub mod mode;
 pub mod mode_state;
 pub mod rejection;
 pub(crate) mod tuning;
+pub mod waist;

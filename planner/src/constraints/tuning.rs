@@ -23,3 +23,16 @@ pub(crate) const INTERVALS_MIN: f64 = 2.0;
 pub(crate) const CURVE_MARGIN_SHARE: f64 = 0.5;
 /// Rounding of a joint on a curve, rad or m.
 pub(crate) const CURVE_ROUNDING: f64 = 5e-7;
+
+// Waist.
+
+/// Largest forward bend of the waist in a crouch, rad.
+pub(crate) const WAIST_BEND_MAX: f64 = 0.7;
+/// Step of the bends that are tested for collisions between links, rad.
+pub(crate) const BEND_STEP: f64 = 0.02;
+/// Angle by which a joint is moved to find out whether it bends the trunk forward, rad.
+pub(crate) const BEND_TEST_ANGLE: f64 = 0.1;
+/// Least ratio of the motion of the centre of mass along x to all of it for which it does.
+pub(crate) const BEND_PURITY_MIN: f64 = 0.9;
+/// Least lever of the whole mass about such a joint, m.
+pub(crate) const BEND_LEVER_MIN: f64 = 0.02;

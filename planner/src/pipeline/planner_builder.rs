@@ -225,7 +225,8 @@ impl<'a> PlannerBuilder<'a> {
         let mut endpoints = EndpointStage::new(self.scenario, self.world);
         endpoints.is_other_method = method.search.is_some();
         let edges_max = config.configurations_max as usize;
-        let upper_body = Arc::new(UpperBody::new(self.model, &context.constraints.robot));
+        let Constraints { robot, waist, .. } = &context.constraints;
+        let upper_body = Arc::new(UpperBody::new(self.model, robot, waist.as_ref()));
         let stages = Stages {
             relaxation: RelaxationStage::new(Arc::clone(&upper_body)),
             route: RouteStage::new(upper_body, endpoints.stances()[0].stance_width),

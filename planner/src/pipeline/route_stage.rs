@@ -248,9 +248,11 @@ impl RouteStage {
             search.guide.crouch.advance(&crouch_context, search.route.route(), budget);
         search.stats.work += spent;
         self.is_crouching = !has_chosen;
+        let Search { guide, route, .. } = &*search;
         let must_lean = has_chosen
             && is_leaning_due(search)
-            && !search.guide.crouch.has_free_trunk(&crouch_context, search.route.route());
+            && !(guide.crouch.may_step()
+                && guide.crouch.has_free_trunk(&crouch_context, route.route()));
         self.is_leaning = must_lean && search.route.begin_leaning();
         if has_chosen && !self.is_leaning { end(search) } else { Event::Continue }
     }

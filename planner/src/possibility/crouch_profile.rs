@@ -182,6 +182,13 @@ impl CrouchProfile {
         })
     }
 
+    /// Whether the robot can stand on one foot in every chosen crouch, the other foot somewhere
+    /// beside it.
+    pub fn may_step(&self) -> bool {
+        let stances_max = (2 * CROUCH_TEST_STRIDES.len()) as u32;
+        self.chosen.iter().all(|&crouch| self.failures[crouch as usize] < stances_max)
+    }
+
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.entries.capacity() * size_of::<[u8; CROUCH_COUNT]>() + self.chosen.capacity()
@@ -247,7 +254,7 @@ fn crouch(index: usize) -> Crouch {
     Crouch {
         leg_extension: CROUCH_LEG_EXTENSIONS[index / CROUCH_PITCHES.len()],
         pitch: CROUCH_PITCHES[index % CROUCH_PITCHES.len()],
-        roll: 0.0,
+        ..Crouch::UPRIGHT
     }
 }
 

@@ -105,18 +105,20 @@ impl<'a> CrouchTrial<'a> {
         let world_from_root = self.mid_feet_from_upright
             * rotation_from_rpy(roll + self.crouch.roll, pitch + self.crouch.pitch, 0.0);
         let leg_extension = self.crouch.leg_extension * robot.standing_leg_extension;
+        let mut free = single_support.q;
+        self.constraints.bend_waist(&mut free, self.crouch.waist);
         let posture = Posture { world_from_root, leg_extension, com: region.centroid() };
         let is_free = |solved: &(Configuration, KinematicState)| {
             self.constraints.collision.self_hit(&solved.1).is_none()
         };
         let projected = || {
-            let begin = initial_guess(robot, soles, &posture, single_support.q);
+            let begin = initial_guess(robot, soles, &posture, free);
             let target = ProjectionTarget { world_from_soles: soles, region, com_margin: 0.0 };
             let mut kinematic_state = KinematicState::default();
             let configuration = project(robot, &target, &begin, &mut kinematic_state)?;
             Some((configuration, kinematic_state))
         };
-        solve_posture(robot, soles, &posture, single_support.q).ok().filter(is_free).or_else(|| {
+        solve_posture(robot, soles, &posture, free).ok().filter(is_free).or_else(|| {
             let is_due = robot.is_projected_at(world_from_root);
             is_due.then(projected).flatten().filter(is_free)
         })

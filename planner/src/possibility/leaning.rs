@@ -35,7 +35,7 @@ impl Leaning<'_> {
             std::iter::once(toward).chain(others.into_iter().map(|(_, posture)| posture));
         tried.find(|&posture| {
             let at = RootVertex { pose: *to, posture };
-            self.is_root_free(&self.world_from_root(at))
+            self.is_root_free(&self.world_from_root(at), [posture; 2])
                 && pair.is_none_or(|pair| self.may_stand_over(at, pair))
                 && self.may_lean_between(from, at)
         })
@@ -45,7 +45,8 @@ impl Leaning<'_> {
     /// and then moves, or the reverse.
     pub fn may_lean_between(&self, from: RootVertex, to: RootVertex) -> bool {
         let is_free = |from: RootVertex, to: RootVertex| {
-            self.is_root_path_free(&self.world_from_root(from), &self.world_from_root(to))
+            let postures = [from.posture, to.posture];
+            self.is_root_path_free([from, to].map(|at| self.world_from_root(at)), postures)
         };
         let leads_over = |middle: RootVertex| is_free(from, middle) && is_free(middle, to);
         is_free(from, to)
@@ -86,8 +87,14 @@ impl Leaning<'_> {
         at.pose.world_from_mid_feet() * self.0.postures[at.posture as usize].mid_feet_from_root
     }
 
-    fn is_root_free(&self, world_from_root: &Pose) -> bool {
-        self.0.upper_body.is_free_above_legs(&self.0.constraints.collision, world_from_root)
+    /// Whether the upper body is free at a root pose, the waist as in each of two postures.
+    fn is_root_free(&self, world_from_root: &Pose, postures: [PostureId; 2]) -> bool {
+        let StageContext { upper_body, constraints, .. } = self.0;
+        let is_bent = postures.map(|posture| self.crouch(posture).waist > 0.0);
+        (!is_bent.contains(&false)
+            || upper_body.is_free_above_legs(&constraints.collision, world_from_root))
+            && (!is_bent.contains(&true)
+                || upper_body.is_free_bent(&constraints.collision, world_from_root))
     }
 
     /// Whether the legs fit at a root pose: both soles are in its reachable space R, so that
@@ -102,11 +109,12 @@ impl Leaning<'_> {
 
     /// Whether the upper body is free between two root poses and at the second, along a geodesic of
     /// SE(3).
-    fn is_root_path_free(&self, from: &Pose, to: &Pose) -> bool {
+    fn is_root_path_free(&self, [from, to]: [Pose; 2], postures: [PostureId; 2]) -> bool {
         let distance = from.translation.distance(to.translation);
         let angle = rotation_distance(from.rotation, to.rotation);
         let tests = libm::ceil((distance / ROOT_TEST_STEP).max(angle / ROOT_TEST_TURN)).max(1.0);
-        (1..=tests as usize)
-            .all(|index| self.is_root_free(&interpolate(from, to, index as f64 / tests)))
+        (1..=tests as usize).all(|index| {
+            self.is_root_free(&interpolate(&from, &to, index as f64 / tests), postures)
+        })
     }
 }

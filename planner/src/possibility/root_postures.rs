@@ -8,8 +8,8 @@ use crate::base::arena::reserve;
 use crate::possibility::crouch_trial::{CrouchContext, CrouchTrial};
 use crate::possibility::root_vertex::RootPosture;
 use crate::possibility::tuning::{
-    CROUCH_BATCH_MAX, POSTURE_LEG_EXTENSIONS, POSTURE_PITCHES, POSTURE_ROLLS, POSTURES_MAX,
-    POSTURES_TRIED,
+    CROUCH_BATCH_MAX, DEEP_LEG_EXTENSIONS, POSTURE_LEG_EXTENSIONS, POSTURE_PITCHES, POSTURE_ROLLS,
+    POSTURES_MAX, POSTURES_TRIED,
 };
 use crate::robot::crouch::Crouch;
 
@@ -60,8 +60,9 @@ impl RootPostures {
         }
         let count = (self.wanted - self.tried).min(budget.max(1)).min(CROUCH_BATCH_MAX as u64);
         let next: heapless::Vec<u64, CROUCH_BATCH_MAX> = (self.tried..self.tried + count).collect();
+        let waist = context.constraints.waist_bend_max();
         let tried = context.threads.map(&next, |index| {
-            let mut crouch = crouch(index);
+            let mut crouch = crouch(index, waist);
             if !self.has_roll {
                 crouch.roll = 0.0;
             }
@@ -83,16 +84,20 @@ impl RootPostures {
 
 /// The crouches in the order in which they are tried: the additive recurrence of Roberts (2018),
 /// whose points fill the box evenly from the first on. Half of them lean in one direction alone, as
-/// most obstacles ask for.
-fn crouch(index: u64) -> Crouch {
+/// most obstacles ask for. In every other four the waist is bent by `waist`, rad.
+fn crouch(index: u64, waist: f64) -> Crouch {
     let within = |axis: usize, [lower, upper]: [f64; 2]| {
         let unit = ((index + 1) as f64 * RECURRENCE[axis]).fract();
         lower + unit * (upper - lower)
     };
+    let is_deep = waist > 0.0 || index >= POSTURES_TRIED;
+    let leg_extensions = if is_deep { DEEP_LEG_EXTENSIONS } else { POSTURE_LEG_EXTENSIONS };
+    let waist = if index & 4 == 0 { 0.0 } else { waist };
     let mut crouch = Crouch {
-        leg_extension: within(0, POSTURE_LEG_EXTENSIONS),
+        leg_extension: within(0, leg_extensions),
         pitch: within(1, POSTURE_PITCHES),
         roll: within(2, POSTURE_ROLLS),
+        waist,
     };
     match index % 4 {
         0 => crouch.roll = 0.0,

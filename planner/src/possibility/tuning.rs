@@ -50,6 +50,8 @@ pub(crate) const LEG_HALF_WIDTH: f64 = 0.005;
 
 /// Smallest and largest leg extension of a root posture, as a share of the standing one.
 pub(crate) const POSTURE_LEG_EXTENSIONS: [f64; 2] = [0.6, 1.03];
+/// The same of robots whose waist bends, and of the postures of further searches.
+pub(crate) const DEEP_LEG_EXTENSIONS: [f64; 2] = [0.45, 1.03];
 /// Smallest and largest forward pitch of the root in a posture, rad.
 pub(crate) const POSTURE_PITCHES: [f64; 2] = [-0.35, 1.6];
 /// Smallest and largest roll of the root in a posture, rad: beyond half a radian the hips of most

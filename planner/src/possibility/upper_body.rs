@@ -7,6 +7,7 @@ use surefoot_shared_types::base::spatial::{rotation_about, yaw_of};
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::collision::model::CollisionModel;
+use crate::constraints::waist::Waist;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tuning::{LEG_HALF_WIDTH, SOLE_CLEARANCE, UPPER_BODY_CROUCHES};
 use crate::preparation::Preparation;
@@ -43,6 +44,8 @@ pub(crate) fn is_in_reach(
 #[derive(Debug)]
 pub struct UpperBody {
     root_from_links: Vec<Pose>,
+    /// The same with the waist bent forward.
+    root_from_bent_links: Vec<Pose>,
     /// For each link: whether it is rigid with the root.
     is_core: Vec<bool>,
     /// For each link: whether no leg moves it.
@@ -56,11 +59,17 @@ pub struct UpperBody {
 
 impl UpperBody {
     /// Compiles the upper body of a robot. Allocates.
-    pub fn new(model: &RobotModel, robot: &Mechanism) -> Self {
-        let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
-        let standing = KinematicState::new(robot, &at_origin);
-        let root_from_links: Vec<Pose> =
-            (0..model.links.len()).map(|link| standing.world_from_link(robot, link)).collect();
+    pub fn new(model: &RobotModel, robot: &Mechanism, waist: Option<&Waist>) -> Self {
+        let mut bent_q = robot.standing_q;
+        if let Some(waist) = waist {
+            waist.bend(&mut bent_q, waist.bend_max);
+        }
+        let [root_from_links, root_from_bent_links] = [robot.standing_q, bent_q].map(|q| {
+            let at_origin = Configuration { world_from_root: Pose::IDENTITY, q };
+            let state = KinematicState::new(robot, &at_origin);
+            let links = 0..model.links.len();
+            links.map(|link| state.world_from_link(robot, link)).collect::<Vec<Pose>>()
+        });
         let mut is_core = vec![true; model.links.len()];
         let mut is_upper = vec![true; model.links.len()];
         let mut is_trunk = vec![true; model.links.len()];
@@ -83,6 +92,7 @@ impl UpperBody {
         let root_from_hips = [0, 1].map(|limb| robot.legs[limb].hip());
         Self {
             root_from_links,
+            root_from_bent_links,
             is_core,
             is_upper,
             is_trunk,
@@ -99,6 +109,12 @@ impl UpperBody {
     /// Whether the upper body is free at a root pose.
     pub fn is_free_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
         self.are_links_free(collision, world_from_root, &self.is_upper)
+    }
+
+    /// The same with the waist bent forward as far as it goes.
+    pub fn is_free_bent(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
+        let links = &self.root_from_bent_links;
+        collision.links_hit(world_from_root, links, &self.is_upper).is_none()
     }
 
     /// Whether the trunk is free at a root pose.

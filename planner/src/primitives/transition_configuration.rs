@@ -254,8 +254,12 @@ fn choose(
         * (extension + jitter(EXTENSION_SPREAD))
         * constraints.robot.standing_leg_extension;
     let lean = (lean + jitter(LEAN_SPREAD)).clamp(LEAN_BOUNDS[0], LEAN_BOUNDS[1]);
+    constraints.bend_waist(&mut free, crouch.waist);
     if uniform {
-        for joint in constraints.robot.free_joints.iter().filter(|joint| joint.is_sampled) {
+        let waist = constraints.waist.filter(|_| crouch.waist > 0.0);
+        let is_bent = |index| waist.is_some_and(|waist| waist.joint() == index);
+        let joints = constraints.robot.free_joints.iter();
+        for joint in joints.filter(|joint| joint.is_sampled && !is_bent(joint.index)) {
             let position = free[joint.index] + jitter(FREE_JOINT_SPREAD);
             free[joint.index] = position.clamp(joint.lower, joint.upper);
         }
