@@ -26,6 +26,8 @@ const FAULTS_MAX: u64 = 6;
 const GAP_MILLIS_MAX: u64 = 150;
 /// Longest stop of a process, ms.
 const STOP_MILLIS_MAX: u64 = 120;
+/// Longest time that the roles of a walk that was cut short take to end, s.
+const ROLES_SECONDS_MAX: f64 = 10.0;
 /// Exit code of a walk that ended with an error.
 const ERROR_CODE: i32 = 2;
 
@@ -96,15 +98,19 @@ impl WalkSettings<'_> {
         let walked = inject(&mut child, &name, random, (faults, &mut log));
         let status = wait(&mut child, &mut log);
         let known = *harm;
-        harm.left_over += traces::left_over(&name).len() as u64;
         let is_forged = faults.messages > before.messages;
         let is_interrupted = faults.interrupts > before.interrupts;
         let code = status.and_then(|status| status.code());
+        // A second interrupt ends a process at once.
+        let is_cut_short = is_interrupted && status.and_then(|status| status.signal()) == INTERRUPT;
+        if is_cut_short {
+            wait_for_roles(&name);
+        }
+        harm.left_over += traces::left_over(&name).len() as u64;
         let is_error = code == Some(ERROR_CODE) && is_forged;
         match code {
             None if status.is_none() => harm.hung += 1,
-            // A second interrupt ends a process at once.
-            None if is_interrupted && status.and_then(|status| status.signal()) == INTERRUPT => {}
+            None if is_cut_short => {}
             Some(0) => {
                 let may_differ = is_forged || disturbances.disturb.is_some();
                 compare(&self.read_report(), expected, (walked, may_differ), harm);
@@ -160,6 +166,14 @@ impl WalkSettings<'_> {
     fn error_text(&self) -> String {
         let text = fs::read_to_string(self.folder.join("errors")).unwrap_or_default();
         text.lines().last().unwrap_or_default().to_owned()
+    }
+}
+
+/// Waits until the roles of a walk whose supervisor is gone have ended and removed their files.
+fn wait_for_roles(name: &str) {
+    let watch = Stopwatch::start();
+    while watch.seconds() < ROLES_SECONDS_MAX && !traces::left_over(name).is_empty() {
+        std::thread::sleep(Duration::from_millis(5));
     }
 }
 
