@@ -186,6 +186,52 @@ fn files_that_another_user_puts_among_the_segments_stop_no_walk() {
     assert_eq!(left, 5, "the files of another user are left alone");
 }
 
+/// The names of the connections of a walk.
+fn connections(walk: &Child) -> Vec<String> {
+    let segment = format!("-walk-{}.", walk.id());
+    let entries = fs::read_dir("/dev/shm").unwrap().flatten();
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    names.filter(|name| name.contains(&segment) && name.ends_with(".connection")).collect()
+}
+
+/// Kills the controller of a walk.
+fn kill_controller(walk: &Child) {
+    let pid = walk.id();
+    let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap();
+    let is_controller = |child: &&str| {
+        let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+        line.split(|byte| *byte == 0).nth(1) == Some(b"control")
+    };
+    let controller = children.split_whitespace().find(is_controller).unwrap();
+    assert!(Command::new("kill").args(["-KILL", controller]).status().unwrap().success());
+}
+
+#[test]
+fn long_names_of_another_user_stop_no_walk_whose_controller_is_killed() {
+    if !is_root() {
+        return;
+    }
+    let mut walk =
+        surefoot(&["walk", &scenario("flat_walk"), "--quiet", "--rate", "10"]).spawn().unwrap();
+    let mut known = Vec::new();
+    while known.len() < 2 {
+        assert!(walk.try_wait().unwrap().is_none(), "it ended before it was attacked");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        known = connections(&walk);
+    }
+    let long: Vec<String> = known
+        .iter()
+        .map(|name| format!("/dev/shm/{name}{}.connection", ".x".repeat((240 - name.len()) / 2)))
+        .collect();
+    assert_eq!(as_other_user(&format!("touch {}", long.join(" "))), 0);
+    kill_controller(&walk);
+    let output = finish(walk);
+    let left = long.iter().filter(|path| fs::remove_file(path).is_ok()).count();
+    assert_eq!(output.code, 0, "{}", output.err);
+    assert!(!output.err.contains("panicked"), "{}", output.err);
+    assert_eq!(left, long.len(), "the files of another user are left alone");
+}
+
 #[test]
 fn a_folder_of_another_user_is_refused() {
     if !is_root() {

@@ -63,7 +63,8 @@ pub(crate) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
 }
 
 /// The segments of this user whose names begin with `prefix`. Files of other users do not matter:
-/// iceoryx2 opens none of them, because the names of our segments hold ids that they cannot know.
+/// none can have the name of a segment that iceoryx2 has yet to make, because that holds an id that
+/// they cannot know.
 pub(crate) fn segments(prefix: &str) -> Result<Vec<PathBuf>, InstanceError> {
     let has_prefix =
         |entry: &DirEntry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix));
@@ -72,6 +73,16 @@ pub(crate) fn segments(prefix: &str) -> Result<Vec<PathBuf>, InstanceError> {
     };
     let found = entries(Path::new(SHARED_MEMORY))?;
     Ok(found.iter().filter(|entry| has_prefix(entry)).map(DirEntry::path).filter(is_ours).collect())
+}
+
+/// Whether a name in shared memory that begins with `prefix`, of any user, has more than
+/// `bytes_max` bytes. An error counts as none, and shows where segments are opened.
+pub(crate) fn has_longer_name(prefix: &str, bytes_max: usize) -> bool {
+    let is_longer = |entry: &DirEntry| {
+        let name = entry.file_name();
+        name.len() > bytes_max && name.as_encoded_bytes().starts_with(prefix.as_bytes())
+    };
+    entries(Path::new(SHARED_MEMORY)).is_ok_and(|entries| entries.iter().any(is_longer))
 }
 
 fn entries(folder: &Path) -> Result<Vec<DirEntry>, InstanceError> {

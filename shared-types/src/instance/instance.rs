@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
+use crate::instance::dead_nodes;
 use crate::instance::error::{InstanceError, SHARED_MEMORY, io_error};
 use crate::instance::location::Location;
 use crate::instance::token::Token;
@@ -228,6 +229,7 @@ impl Instance {
         config.global.set_root_path(&IoxPath::new(root.as_bytes()).map_err(|_| unusable())?);
         config.global.prefix =
             FileName::new(self.segment_prefix().as_bytes()).map_err(|_| unusable())?;
+        dead_nodes::leave_alone(&mut config);
         Ok(config)
     }
 }

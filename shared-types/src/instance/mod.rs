@@ -6,6 +6,7 @@ mod attach_page;
 pub(crate) mod base_folder;
 pub(crate) mod capacity;
 pub(crate) mod chunk_counter;
+pub(crate) mod dead_nodes;
 pub mod description;
 pub(crate) mod directory;
 pub mod error;

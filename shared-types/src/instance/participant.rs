@@ -4,6 +4,7 @@
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level};
 
+use crate::instance::dead_nodes;
 use crate::instance::description::DescriptionPublisher;
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
@@ -68,6 +69,7 @@ impl Participant {
             .create::<ipc::Service>();
         let node =
             node.map_err(|error| ChannelError::transport("creating an iceoryx2 node", error))?;
+        dead_nodes::free(&node, instance.root(), instance.segment_prefix());
         let chunks = open_service(&node, instance, "chunks", chunk_hash, &LOSSLESS)?;
         let feedback = open_service(&node, instance, "feedback", feedback_hash, &LATEST)?;
         let chunk_wake_pipe = WakePipe::open(instance, "chunk-wake-pipe")?;
@@ -109,7 +111,7 @@ impl Participant {
     pub fn clean_up_dead(&self) {
         let making = self.making.try_acquire(self.instance.root(), self.instance.segment_prefix());
         if let Ok(Some(_making)) = making {
-            self.node.try_cleanup_dead_nodes();
+            dead_nodes::free(&self.node, self.instance.root(), self.instance.segment_prefix());
         }
     }
 
