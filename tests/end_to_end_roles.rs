@@ -10,7 +10,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command};
 
-use command::{assert_nothing_left, finish, run, scenario, surefoot};
+use command::{assert_nothing_left, finish, role, run, scenario, surefoot};
 use serde_json::Value;
 use surefoot_shared_types::instance::instance::Instance;
 
@@ -49,17 +49,7 @@ impl EndlessWalk {
 
     /// The process of a role, identified by its subcommand.
     fn role(&self, subcommand: &str) -> String {
-        let pid = self.child.id();
-        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap();
-        let is_role = |child: &&str| {
-            let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-            line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
-        };
-        children
-            .split_whitespace()
-            .find(is_role)
-            .unwrap_or_else(|| panic!("no {subcommand} among {children}"))
-            .to_owned()
+        role(self.child.id(), subcommand).unwrap().to_string()
     }
 
     /// Its exit code, the rest of its stderr, and its folder.

@@ -17,7 +17,7 @@ use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output};
 
-use command::{finish, scenario, surefoot};
+use command::{finish, role, scenario, surefoot};
 use surefoot_shared_types::base::user::effective_uid;
 use surefoot_shared_types::instance::instance::Instance;
 
@@ -194,18 +194,6 @@ fn connections(walk: &Child) -> Vec<String> {
     names.filter(|name| name.contains(&segment) && name.ends_with(".connection")).collect()
 }
 
-/// Kills the controller of a walk.
-fn kill_controller(walk: &Child) {
-    let pid = walk.id();
-    let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap();
-    let is_controller = |child: &&str| {
-        let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-        line.split(|byte| *byte == 0).nth(1) == Some(b"control")
-    };
-    let controller = children.split_whitespace().find(is_controller).unwrap();
-    assert!(Command::new("kill").args(["-KILL", controller]).status().unwrap().success());
-}
-
 #[test]
 fn long_names_of_another_user_stop_no_walk_whose_controller_is_killed() {
     if !is_root() {
@@ -224,7 +212,8 @@ fn long_names_of_another_user_stop_no_walk_whose_controller_is_killed() {
         .map(|name| format!("/dev/shm/{name}{}.connection", ".x".repeat((240 - name.len()) / 2)))
         .collect();
     assert_eq!(as_other_user(&format!("touch {}", long.join(" "))), 0);
-    kill_controller(&walk);
+    let controller = role(walk.id(), "control").unwrap().to_string();
+    assert!(Command::new("kill").args(["-KILL", &controller]).status().unwrap().success());
     let output = finish(walk);
     let left = long.iter().filter(|path| fs::remove_file(path).is_ok()).count();
     assert_eq!(output.code, 0, "{}", output.err);

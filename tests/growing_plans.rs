@@ -17,7 +17,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use chunk_stream::plan;
-use command::{assert_nothing_left, finish, run, scenario, surefoot};
+use command::{assert_nothing_left, finish, role, run, scenario, surefoot};
 use private_folder::private_folder;
 use serde_json::Value;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
@@ -133,16 +133,6 @@ fn report(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
-/// The process of the planner of a walk.
-fn planner_of(walk: u32) -> Option<libc::pid_t> {
-    let children = fs::read_to_string(format!("/proc/{walk}/task/{walk}/children")).ok()?;
-    let is_planner = |child: &&str| {
-        let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-        line.split(|byte| *byte == 0).nth(1) == Some(b"plan")
-    };
-    children.split_whitespace().find(is_planner)?.parse().ok()
-}
-
 /// Waits until the controller of a walk has accepted its first chunk.
 fn wait_for_first_chunk(name: &str) {
     let begun = Instant::now();
@@ -174,7 +164,7 @@ fn a_planner_that_is_killed_after_its_first_chunk_left_makes_the_same_plan_again
     let id = walk.id();
     wait_for_first_chunk(&format!("walk-{id}"));
     // SAFETY: kill touches no memory.
-    unsafe { libc::kill(planner_of(id).unwrap(), libc::SIGKILL) };
+    unsafe { libc::kill(role(id, "plan").unwrap(), libc::SIGKILL) };
     let output = finish(walk);
     assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     assert_nothing_left(output.pid);

@@ -19,7 +19,7 @@ use std::process::Child;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use command::{assert_nothing_left, finish, run, scenario, surefoot};
+use command::{assert_nothing_left, finish, role, run, scenario, surefoot};
 use random::Random;
 use serde_json::Value;
 use surefoot_shared_types::instance::error::InstanceError;
@@ -56,16 +56,6 @@ fn faults(kills: u64, stops: u64, random: &mut Random) -> Vec<Fault> {
         faults.swap(last, random.below(last as u64 + 1) as usize);
     }
     faults
-}
-
-/// The running process of a role, identified by its subcommand.
-fn role(walk: u32, subcommand: &str) -> Option<libc::pid_t> {
-    let children = fs::read_to_string(format!("/proc/{walk}/task/{walk}/children")).ok()?;
-    let is_role = |child: &&str| {
-        let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-        line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
-    };
-    children.split_whitespace().find(is_role)?.parse().ok()
 }
 
 fn signal(pid: libc::pid_t, signal: libc::c_int) -> bool {

@@ -43,6 +43,16 @@ pub fn scenario(name: &str) -> String {
     format!("configs/scenarios/{name}.toml")
 }
 
+/// The running process of a role of a walk, identified by its subcommand.
+pub fn role(walk: u32, subcommand: &str) -> Option<libc::pid_t> {
+    let children = std::fs::read_to_string(format!("/proc/{walk}/task/{walk}/children")).ok()?;
+    let is_role = |child: &&str| {
+        let line = std::fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+        line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
+    };
+    children.split_whitespace().find(is_role)?.parse().ok()
+}
+
 /// Fails if shared memory still holds a file or folder of this process's instance.
 pub fn assert_nothing_left(pid: u32) {
     let name = format!("walk-{pid}");

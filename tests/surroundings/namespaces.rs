@@ -7,7 +7,7 @@ use std::process::Command;
 use surefoot_shared_types::base::user::effective_uid;
 
 use crate::absent;
-use crate::command::finish;
+use crate::command::{finish, role};
 use crate::shell::{Folder, wait_until};
 
 /// Whether this process may enter namespaces of its own.
@@ -72,15 +72,7 @@ fn a_program_whose_file_is_replaced_restarts_its_processes() {
     let folder = Folder::new();
     fs::copy(env!("CARGO_BIN_EXE_surefoot"), folder.path("program")).unwrap();
     let child = folder.start("exec ./program walk flat.toml --quiet --json report.json");
-    let children = format!("/proc/{0}/task/{0}/children", child.id());
-    let role = |subcommand: &str| {
-        let children = fs::read_to_string(&children).unwrap_or_default();
-        let found = children.split_whitespace().find(|child| {
-            let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-            line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
-        });
-        found.map(str::to_owned)
-    };
+    let role = |subcommand: &str| role(child.id(), subcommand);
     wait_until(|| role("plan").is_some() && role("control").is_some());
     fs::remove_file(folder.path("program")).unwrap();
     fs::write(folder.path("program"), "#!/bin/false\n").unwrap();

@@ -113,6 +113,7 @@ impl CrouchProfile {
             context.upper_body.is_free_above_legs(
                 &context.constraints.collision,
                 &(pose.world_from_mid_feet() * *mid_feet_from_root),
+                false,
             )
         };
         let next: Batch<usize> =

@@ -90,11 +90,11 @@ impl Leaning<'_> {
     /// Whether the upper body is free at a root pose, the waist as in each of two postures.
     fn is_root_free(&self, world_from_root: &Pose, postures: [PostureId; 2]) -> bool {
         let StageContext { upper_body, constraints, .. } = self.0;
-        let is_bent = postures.map(|posture| self.crouch(posture).waist > 0.0);
-        (!is_bent.contains(&false)
-            || upper_body.is_free_above_legs(&constraints.collision, world_from_root))
-            && (!is_bent.contains(&true)
-                || upper_body.is_free_bent(&constraints.collision, world_from_root))
+        let [from, to] = postures.map(|posture| self.crouch(posture).waist > 0.0);
+        let is_free = |is_bent: bool| {
+            upper_body.is_free_above_legs(&constraints.collision, world_from_root, is_bent)
+        };
+        is_free(from) && (from == to || is_free(to))
     }
 
     /// Whether the legs fit at a root pose: both soles are in its reachable space R, so that

@@ -106,14 +106,14 @@ impl UpperBody {
         self.mid_feet_from_root
     }
 
-    /// Whether the upper body is free at a root pose.
-    pub fn is_free_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
-        self.are_links_free(collision, world_from_root, &self.is_upper)
-    }
-
-    /// The same with the waist bent forward as far as it goes.
-    pub fn is_free_bent(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
-        let links = &self.root_from_bent_links;
+    /// Whether the upper body is free at a root pose, the waist straight or bent as far as it goes.
+    pub fn is_free_above_legs(
+        &self,
+        collision: &CollisionModel,
+        world_from_root: &Pose,
+        is_bent: bool,
+    ) -> bool {
+        let links = if is_bent { &self.root_from_bent_links } else { &self.root_from_links };
         collision.links_hit(world_from_root, links, &self.is_upper).is_none()
     }
 

@@ -27,29 +27,13 @@ pub struct Journal<R> {
 
 impl<R: TrialRecord> Journal<R> {
     /// Opens `folder/name`, creates both if they are missing, and reads the results; `fresh`
-    /// deletes them. Without a folder nothing is saved.
+    /// deletes them. Without a folder nothing is saved. Where only one `setup` gives these results,
+    /// e.g. a commit and a work limit, the file's first line names it.
     ///
     /// # Errors
-    /// When the file cannot be opened, another process writes to it, or a line in it is no result.
-    pub fn open(folder: Option<&Path>, name: &str, fresh: bool) -> Result<Self, CommandError> {
-        Self::open_with(folder, name, fresh, None)
-    }
-
-    /// As [`Journal::open`], of results that only this `setup` gives, e.g. a commit and a work
-    /// limit. The file's first line names it.
-    ///
-    /// # Errors
-    /// Also when the file holds results of another setup.
-    pub fn open_of(
-        folder: Option<&Path>,
-        name: &str,
-        fresh: bool,
-        setup: &str,
-    ) -> Result<Self, CommandError> {
-        Self::open_with(folder, name, fresh, Some(setup))
-    }
-
-    fn open_with(
+    /// When the file cannot be opened, another process writes to it, a line in it is no result, or
+    /// it holds results of another setup.
+    pub fn open(
         folder: Option<&Path>,
         name: &str,
         fresh: bool,
@@ -77,8 +61,27 @@ impl<R: TrialRecord> Journal<R> {
         Ok(Self { known, file: Some((path, file)) })
     }
 
+    /// The result of this key, with a check_result if one is needed; made and kept if there is
+    /// none.
+    ///
+    /// # Errors
+    /// When it cannot be made or written.
+    pub fn find_or_make(
+        &mut self,
+        key: &str,
+        needs_check_result: bool,
+        make: impl FnOnce() -> Result<R, CommandError>,
+    ) -> Result<R, CommandError> {
+        if let Some(known) = self.find(key, needs_check_result) {
+            return Ok(known.clone());
+        }
+        let made = make()?;
+        self.keep(&made)?;
+        Ok(made)
+    }
+
     /// The result of this key, with a check_result if one is needed.
-    pub fn find(&self, key: &str, needs_check_result: bool) -> Option<&R> {
+    fn find(&self, key: &str, needs_check_result: bool) -> Option<&R> {
         self.known.get(key).filter(|record| {
             let trial = (*record).as_ref();
             !needs_check_result || !trial.is_found() || trial.check_result.is_some()
@@ -86,10 +89,7 @@ impl<R: TrialRecord> Journal<R> {
     }
 
     /// Keeps a result.
-    ///
-    /// # Errors
-    /// When it cannot be written.
-    pub fn keep(&mut self, record: &R) -> Result<(), CommandError> {
+    fn keep(&mut self, record: &R) -> Result<(), CommandError> {
         if let Some((path, file)) = &mut self.file {
             append(file, path, record)?;
         }
@@ -190,7 +190,7 @@ mod tests {
     #[test]
     fn what_was_kept_is_there_again() {
         let folder = tempfile::tempdir().unwrap();
-        let open = |fresh| Journal::<Trial>::open(Some(folder.path()), "a.jsonl", fresh);
+        let open = |fresh| Journal::<Trial>::open(Some(folder.path()), "a.jsonl", fresh, None);
         let mut journal = open(false).unwrap();
         journal.keep(&trial("one", None)).unwrap();
         journal.keep(&trial("two", Some("accepted"))).unwrap();
@@ -208,7 +208,7 @@ mod tests {
     fn half_a_line_is_dropped_and_a_broken_one_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.jsonl");
-        let open = || Journal::<Trial>::open(Some(folder.path()), "a.jsonl", false);
+        let open = || Journal::<Trial>::open(Some(folder.path()), "a.jsonl", false, None);
         let line = serde_json::to_string(&trial("one", None)).unwrap();
         std::fs::write(&path, format!("{line}\n{}", &line[..40])).unwrap();
         open().unwrap().keep(&trial("two", None)).unwrap();
@@ -222,8 +222,9 @@ mod tests {
     #[test]
     fn results_of_another_setup_are_refused() {
         let folder = tempfile::tempdir().unwrap();
-        let open =
-            |fresh, setup| Journal::<Trial>::open_of(Some(folder.path()), "a.jsonl", fresh, setup);
+        let open = |fresh, setup| {
+            Journal::<Trial>::open(Some(folder.path()), "a.jsonl", fresh, Some(setup))
+        };
         open(false, "commit a").unwrap().keep(&trial("one", None)).unwrap();
         assert!(open(false, "commit a").unwrap().find("one", false).is_some());
         let error = open(false, "commit b").unwrap_err().to_string();
@@ -234,15 +235,16 @@ mod tests {
         assert!(open(false, "commit a").unwrap().find("one", false).is_some(), "still there");
         assert!(open(true, "commit b").unwrap().find("one", false).is_none());
         assert!(open(false, "commit b").is_ok());
-        let other = Journal::<Trial>::open(Some(folder.path()), "b.jsonl", false);
+        let other = Journal::<Trial>::open(Some(folder.path()), "b.jsonl", false, None);
         other.unwrap().keep(&trial("one", None)).unwrap();
-        let unnamed = Journal::<Trial>::open_of(Some(folder.path()), "b.jsonl", false, "commit a");
+        let unnamed =
+            Journal::<Trial>::open(Some(folder.path()), "b.jsonl", false, Some("commit a"));
         assert!(unnamed.unwrap_err().to_string().contains("b.jsonl:1: is no journal of this"));
     }
 
     #[test]
     fn without_a_folder_results_stay_in_memory() {
-        let mut journal = Journal::<Trial>::open(None, "a.jsonl", false).unwrap();
+        let mut journal = Journal::<Trial>::open(None, "a.jsonl", false, None).unwrap();
         journal.keep(&trial("one", None)).unwrap();
         assert!(journal.find("one", false).is_some());
     }

@@ -18,5 +18,5 @@ pub fn open(
 ) -> Result<Journal<MethodTrial>, CommandError> {
     let setup = format!("{} with at most {} work units", machine.build(), common.work);
     let folder = series.out.as_deref();
-    Journal::open_of(folder, &format!("{name}.jsonl"), series.fresh, &setup)
+    Journal::open(folder, &format!("{name}.jsonl"), series.fresh, Some(&setup))
 }

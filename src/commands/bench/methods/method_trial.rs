@@ -59,20 +59,12 @@ impl MethodSetup<'_> {
         program: &str,
         journal: &mut Journal<MethodTrial>,
     ) -> Result<Vec<MethodTrial>, CommandError> {
-        let mut trials = vec![];
-        for seed in seeds {
-            let key = self.key(program, seed);
-            let trial = match journal.find(&key, self.check) {
-                Some(known) => known.clone(),
-                None => {
-                    let trial = self.run(key, seed)?;
-                    journal.keep(&trial)?;
-                    trial
-                }
-            };
-            trials.push(trial);
-        }
-        Ok(trials)
+        seeds
+            .map(|seed| {
+                let key = self.key(program, seed);
+                journal.find_or_make(&key, self.check, || self.run(key.clone(), seed))
+            })
+            .collect()
     }
 
     /// Names all that a trial's result depends on.

@@ -27,7 +27,8 @@ pub fn run(arguments: &ThesisArguments) -> Result<CommandOutcome, CommandError> 
     let overrides = Overrides { motion: Some(arguments.motion), ..scenarios::SEARCHED };
     let scenarios = scenarios::load_with(&arguments.scenarios, &all, overrides)?;
     let machine = Machine::this()?;
-    let mut journal = Journal::open(arguments.out.as_deref(), "thesis.jsonl", arguments.fresh)?;
+    let mut journal =
+        Journal::open(arguments.out.as_deref(), "thesis.jsonl", arguments.fresh, None)?;
     let bar = progress_bar(scenarios.len() as u64 * arguments.trials);
     let mut rows = Vec::with_capacity(scenarios.len());
     for inputs in &scenarios {
@@ -55,15 +56,8 @@ fn trials(
         let setup =
             TrialSetup { inputs, seed, threads: arguments.threads.count(), check: arguments.check };
         bar.set_message(format!("{} seed {seed}", inputs.scenario.name));
-        let trial = match journal.find(&setup.key(program), arguments.check) {
-            Some(known) => known.clone(),
-            None => {
-                let trial = setup.run(program)?;
-                journal.keep(&trial)?;
-                trial
-            }
-        };
-        trials.push(trial);
+        let key = setup.key(program);
+        trials.push(journal.find_or_make(&key, arguments.check, || setup.run(program))?);
         bar.inc(1);
     }
     Ok(trials)
