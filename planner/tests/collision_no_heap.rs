@@ -82,8 +82,8 @@ fn queries_allocate_no_memory() {
             DQuat::IDENTITY,
         );
         kinematic_state.update(&mechanism, &Configuration { world_from_root: root, q });
-        let phases = [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Swing];
-        let feet = [phases[random.below(3)], phases[random.below(3)]];
+        let phases = [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Rising, FootPhase::Swing];
+        let feet = [phases[random.below(4)], phases[random.below(4)]];
         if let Some(Hit::World { shape, .. }) = model.world_hit(&kinematic_state, &feet) {
             world_hits[shape] += 1;
         }

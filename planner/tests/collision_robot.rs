@@ -112,6 +112,7 @@ fn the_foot_phase_decides_the_clearance_to_the_floor() {
             && !hits(-0.0004, FootPhase::LiftOff)
             && hits(-0.0006, FootPhase::LiftOff)
     );
+    assert!(hits(0.0014, FootPhase::Rising) && !hits(0.0016, FootPhase::Rising));
     assert!(
         hits(0.0, FootPhase::Swing)
             && hits(0.0099, FootPhase::Swing)
@@ -133,8 +134,28 @@ fn clearance_beside_a_foot_applies_in_lift_off_and_not_in_stance() {
     assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootPhase::Stance), None);
     assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootPhase::LiftOff), Some(1));
     assert_eq!(with_wall(0.011).foot_hit(0, &foot, FootPhase::LiftOff), None);
+    let rising = Pose::from_parts(foot.translation + 0.002 * DVec3::Z, foot.rotation);
+    assert_eq!(with_wall(0.009).foot_hit(0, &rising, FootPhase::Rising), Some(1));
+    assert_eq!(with_wall(0.011).foot_hit(0, &rising, FootPhase::Rising), None);
     assert!(with_wall(0.011).foot_hit(0, &foot, FootPhase::Swing).is_some());
     assert_eq!(with_wall(-0.001).foot_hit(0, &foot, FootPhase::Stance), Some(1));
+}
+
+#[test]
+fn a_foot_that_leaves_its_foothold_may_touch_the_world_for_5_mm_and_20_mrad() {
+    let at = Pose::from_parts(DVec3::new(0.3, -0.1, 0.2), rotation_from_scaled_axis(DVec3::X));
+    let far = Pose::from_translation(DVec3::X);
+    let phase_at = |shift: f64, turn: f64| {
+        let moved = Pose::from_parts(DVec3::Y * shift, rotation_from_scaled_axis(DVec3::Z * turn));
+        let phases = [[at, far], [far, at]]
+            .map(|footholds| FootPhase::of_leaving(&footholds, &(at * moved)));
+        assert_eq!(phases[0], phases[1]);
+        phases[0]
+    };
+    assert_eq!(phase_at(0.0, 0.0), FootPhase::LiftOff);
+    assert_eq!(phase_at(0.0049, 0.0199), FootPhase::LiftOff);
+    assert_eq!(phase_at(0.0051, 0.0), FootPhase::Rising);
+    assert_eq!(phase_at(0.0, 0.0201), FootPhase::Rising);
 }
 
 #[test]
@@ -158,14 +179,14 @@ fn a_foot_alone_is_checked_like_the_foot_of_the_robot() {
         // The rest of the robot is far away.
         let mut poses = raised(&at_rest, 100.0);
         poses[foot.link] = world_from_sole * foot.link_from_sole.inverse();
-        for phase in [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Swing] {
+        for phase in [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Rising, FootPhase::Swing] {
             let foot_alone = model.foot_hit(1, &world_from_sole, phase);
             let whole = model.world_hit(&state_of(&robot, &poses), &[FootPhase::Swing, phase]);
             assert_eq!(foot_alone.map(|shape| Hit::World { link: foot.link, shape }), whole);
             hits += usize::from(foot_alone.is_some());
         }
     }
-    assert!((100..5_900).contains(&hits), "{hits}");
+    assert!((100..7_900).contains(&hits), "{hits}");
 }
 
 #[test]

@@ -8,6 +8,6 @@ mod pair_survey;
 mod robot_bodies;
 mod self_pairs;
 mod separating_direction;
-mod tuning;
+pub(crate) mod tuning;
 mod world_cover;
 mod world_shapes;

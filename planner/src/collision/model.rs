@@ -5,6 +5,7 @@
 
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
 
@@ -13,7 +14,9 @@ use crate::collision::error::CollisionError;
 use crate::collision::keep_out::KeepOutZones;
 use crate::collision::robot_bodies::{CollisionBody, FootBody, Part};
 use crate::collision::self_pairs::{BodyPair, SelfPairs};
-use crate::collision::tuning::{LIFT_OFF_LIFT, STANCE_LIFT};
+use crate::collision::tuning::{
+    LIFT_OFF_LIFT, SLIDE_CLEAR_MIN, SLIDE_MAX, SLIDE_TURN_MAX, STANCE_LIFT,
+};
 use crate::collision::world_shapes::{Nearby, WorldShapes, lifted};
 use crate::geometry::bvh::Aabb;
 use crate::kinematics::tree::KinematicTree;
@@ -21,15 +24,32 @@ use crate::robot::bounding_spheres::{BODIES_MAX, BoundingSphere};
 use crate::robot::kinematic_state::KinematicState;
 
 /// The phase of a foot, which decides the clearance that it must keep.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+///
+/// Later phases keep more.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum FootPhase {
     /// Stands on the world: its sole may touch the ground.
     Stance,
     /// Moves along the sole normal just after lift-off or before landing: keeps clearance to the
     /// sides and above, none below the sole.
     LiftOff,
+    /// As in lift-off, but farther from its foothold than a foot that touches the world may slide:
+    /// its sole is clear of the world.
+    Rising,
     /// Swings: keeps full clearance.
     Swing,
+}
+
+impl FootPhase {
+    /// The phase of a swing foot that leaves one of its footholds or comes to it. `footholds` and
+    /// `sole` are poses in one frame.
+    pub fn of_leaving(footholds: &[Pose], sole: &Pose) -> Self {
+        let may_touch = |foothold: &Pose| {
+            sole.translation.distance(foothold.translation) <= SLIDE_MAX
+                && rotation_distance(sole.rotation, foothold.rotation) <= SLIDE_TURN_MAX
+        };
+        if footholds.iter().any(may_touch) { Self::LiftOff } else { Self::Rising }
+    }
 }
 
 /// Two shapes that are too near to each other.
@@ -375,6 +395,7 @@ impl CollisionModel {
         let (lift, margin) = match phase {
             FootPhase::Stance => (STANCE_LIFT, 0.0),
             FootPhase::LiftOff => (self.clearance + LIFT_OFF_LIFT, self.clearance),
+            FootPhase::Rising => ((self.clearance - SLIDE_CLEAR_MIN).max(0.0), self.clearance),
             FootPhase::Swing => (0.0, self.clearance),
         };
         self.world.hit(body, &lifted(world_from_node, node_normal, lift), margin, nearby)

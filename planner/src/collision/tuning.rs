@@ -7,6 +7,14 @@
 pub(crate) const STANCE_LIFT: f64 = 0.0015;
 /// Lift (m) of a foot in lift-off beyond its clearance before its test.
 pub(crate) const LIFT_OFF_LIFT: f64 = 0.0005;
+/// How far a sole may move while it may still touch its foothold, m; less than the controller
+/// allows (6 mm).
+pub(crate) const SLIDE_MAX: f64 = 5e-3;
+/// The same for its rotation, rad; less than the controller allows (0.025).
+pub(crate) const SLIDE_TURN_MAX: f64 = 0.02;
+/// Height at which a corner of a sole is clear of its foothold, m; the controller's distance is
+/// 1 mm.
+pub(crate) const SLIDE_CLEAR_MIN: f64 = 1.5e-3;
 /// Largest height (m) of a sole above or below a keep-out zone at which the zone applies.
 pub(crate) const KEEP_OUT_HEIGHT: f64 = 0.05;
 

@@ -7,16 +7,14 @@ use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 
 use crate::base::random::Random;
 use crate::collision::model::FootPhase;
+use crate::collision::tuning::{SLIDE_CLEAR_MIN, SLIDE_MAX, SLIDE_TURN_MAX};
 use crate::constraints::constraints::Constraints;
 use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::motion::local_planner::{LocalPath, LocalPlanner, Progress, feasible_state};
 use crate::motion::swing_shapes::MotionShape;
-use crate::motion::tuning::{
-    ASIDE_DRAWS_MAX, ASIDE_MAX, ASIDE_TURN_MAX, LIFT_HEIGHTS, SLIDE_CLEAR_MIN, SLIDE_MAX,
-    SLIDE_TURN_MAX,
-};
+use crate::motion::tuning::{ASIDE_DRAWS_MAX, ASIDE_MAX, ASIDE_TURN_MAX, LIFT_HEIGHTS};
 use crate::motion::workspace::push;
 use crate::robot::configuration::Configuration;
 

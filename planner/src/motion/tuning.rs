@@ -54,14 +54,6 @@ pub(crate) const ASIDE_MAX: f64 = 0.03;
 pub(crate) const ASIDE_TURN_MAX: f64 = 0.15;
 /// Most draws of a random direction in which the sole does not slide.
 pub(crate) const ASIDE_DRAWS_MAX: usize = 32;
-/// How far a sole may move while it may still touch its foothold, m; less than the controller
-/// allows (6 mm).
-pub(crate) const SLIDE_MAX: f64 = 5e-3;
-/// The same for its rotation, rad; less than the controller allows (0.025).
-pub(crate) const SLIDE_TURN_MAX: f64 = 0.02;
-/// Height at which a corner of a sole is clear of its foothold, m; the controller's distance is
-/// 1 mm.
-pub(crate) const SLIDE_CLEAR_MIN: f64 = 1.5e-3;
 
 // Local planner.
 

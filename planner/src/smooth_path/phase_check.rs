@@ -77,14 +77,15 @@ impl PhaseCheck {
         let mode = source.plan.roadmap.mode(edge);
         let constraints = source.constraints;
         let [here, before] = [points.current, 1 - points.current];
-        let feet = |at: usize| feet(source, track, &points.grid, &mode, at);
-        constraints.check(&mode, &points.kinematic_states[here], feet(index))?;
+        let feet = |at: usize, state: usize| {
+            feet(source, track, &points.grid, (&mode, &points.kinematic_states[state]), at)
+        };
+        constraints.check(&mode, &points.kinematic_states[here], feet(index, here))?;
         if index == BEYOND {
             return Ok(());
         }
-        // The foot keeps no clearance below its sole if it keeps none at one end.
-        let either = [feet(index), feet(index - 1)];
-        let between = if either[0] == either[1] { either[0] } else { lift_off(&mode) };
+        // The foot keeps as much clearance below its sole as at the end where it keeps less.
+        let between = feet(index, here).min(feet(index - 1, before));
         let bound = constraints
             .collision
             .motion_bound(&points.kinematic_states[before], &points.kinematic_states[here]);
@@ -94,25 +95,29 @@ impl PhaseCheck {
     }
 }
 
-/// The phases of the feet in a mode whose swing foot lifts off or lands.
-fn lift_off(mode: &Mode) -> [FootPhase; 2] {
-    [0, 1].map(|limb| if mode.is_stance(limb) { FootPhase::Stance } else { FootPhase::LiftOff })
-}
-
 /// The phases of the feet at a configuration.
 fn feet(
     source: &KeySource<'_>,
     track: Track<'_>,
     grid: &PhaseGrid,
-    mode: &Mode,
+    (mode, state): (&Mode, &KinematicState),
     index: usize,
 ) -> [FootPhase; 2] {
     if swing_of(grid.phase).is_none() {
         return [FootPhase::Stance; 2];
     }
     let aside = track.distance_aside(source, grid, grid.place(index));
-    if aside <= LIFT_OFF_DISTANCE_MAX {
-        return lift_off(mode);
-    }
-    [0, 1].map(|limb| if mode.is_stance(limb) { FootPhase::Stance } else { FootPhase::Swing })
+    let edge = source.plan.edge(source.layout.edges(grid.phase).start);
+    [0, 1].map(|limb| {
+        if mode.is_stance(limb) {
+            FootPhase::Stance
+        } else if aside > LIFT_OFF_DISTANCE_MAX {
+            FootPhase::Swing
+        } else {
+            let footholds = [edge.from, edge.to]
+                .map(|node| source.plan.roadmap.state(node).world_from_soles[limb]);
+            let sole = state.world_from_sole(&source.constraints.robot, limb);
+            FootPhase::of_leaving(&footholds, &sole)
+        }
+    })
 }
