@@ -1,5 +1,6 @@
 //! Runs the `surefoot` binary.
 
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
@@ -53,12 +54,15 @@ pub fn role(walk: u32, subcommand: &str) -> Option<libc::pid_t> {
     children.split_whitespace().find(is_role)?.parse().ok()
 }
 
-/// Fails if shared memory still holds a file or folder of this process's instance.
+/// Fails if shared memory still holds a file or folder of this process's instance that belongs to
+/// this user: nobody can remove those of others.
 pub fn assert_nothing_left(pid: u32) {
     let name = format!("walk-{pid}");
+    let owner = |path: &Path| std::fs::metadata(path).ok().map(|file| file.uid());
+    let user = owner(Path::new("/proc/self"));
     let is_ours = |path: &PathBuf| {
         let file = path.file_name().unwrap().to_string_lossy();
-        file == name || file.contains(&format!("-{name}."))
+        (file == name || file.contains(&format!("-{name}."))) && owner(path) == user
     };
     let mut found = entries(Path::new("/dev/shm"));
     let bases: Vec<PathBuf> = found

@@ -15,13 +15,12 @@ const LOCKED_KIB_MIN: u64 = 65_536;
 
 /// Whether shared memory can be written to, and its free size.
 pub(crate) fn shared_memory() -> Vec<Finding> {
-    let writable =
-        match tempfile::Builder::new().prefix("surefoot-doctor-").tempfile_in(SHARED_MEMORY) {
-            Ok(_) => Finding::good(format!("shared memory: {SHARED_MEMORY} can be written to")),
-            Err(error) => Finding::missing(format!(
-                "shared memory: {error}; mount a tmpfs there with mode 1777"
-            )),
-        };
+    let writable = match tempfile::tempfile_in(SHARED_MEMORY) {
+        Ok(_) => Finding::good(format!("shared memory: {SHARED_MEMORY} can be written to")),
+        Err(error) => {
+            Finding::missing(format!("shared memory: {error}; mount a tmpfs there with mode 1777"))
+        }
+    };
     let size = match sizes_mib(Path::new(SHARED_MEMORY)) {
         Some((free, total)) if free < FREE_MIB_MIN => Finding::missing(format!(
             "shared memory: {free} MiB of {total} MiB free, {FREE_MIB_MIN} are needed; remount it larger (in a container: --shm-size=256m)"

@@ -72,7 +72,7 @@ impl WalkSettings<'_> {
             _ => Err(CommandError::Usage(format!(
                 "{}: the walk without faults ends with {code:?}: {}",
                 self.scenario.display(),
-                self.error_text()
+                self.error_text().trim_end()
             ))),
         }
     }
@@ -122,11 +122,13 @@ impl WalkSettings<'_> {
             }
             _ => harm.wrong_ends += 1,
         }
+        // A process that panics is started anew, so that the walk may end well.
+        harm.wrong_ends += u64::from(self.error_text().contains("panicked at"));
         if *harm != known {
             let Disturbances { disturb, late } = disturbances;
-            let (events, error) = (log.events.join(", "), self.error_text());
+            let (events, errors) = (log.events.join(", "), self.error_text());
             terminal::print_note(&format!(
-                "{name} (disturb {disturb:?}, late {late:?}) ends with {status:?}: {error}\n  {events}"
+                "{name} (disturb {disturb:?}, late {late:?}) ends with {status:?}\n  {events}\n{errors}"
             ));
         }
         Ok(())
@@ -164,8 +166,7 @@ impl WalkSettings<'_> {
     }
 
     fn error_text(&self) -> String {
-        let text = fs::read_to_string(self.folder.join("errors")).unwrap_or_default();
-        text.lines().last().unwrap_or_default().to_owned()
+        fs::read_to_string(self.folder.join("errors")).unwrap_or_default()
     }
 }
 
