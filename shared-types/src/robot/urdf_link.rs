@@ -12,6 +12,9 @@ use crate::robot::element::{Element, own_children};
 const QUATERNION_TOLERANCE: f64 = 1e-2;
 /// What rounding does to the moments of inertia in files, as a share of the largest.
 const ROUNDING: f64 = 1e-3;
+/// No body has a smaller radius of gyration, m: smaller moments of inertia are rounding errors of a
+/// program that meant 0.
+const GYRATION_MIN: f64 = 1e-6;
 /// Links up to this mass may have any inertia, kg.
 pub(crate) const LIGHT_MAX: f64 = 0.1;
 
@@ -146,6 +149,10 @@ fn read_inertial<'a, 'input>(
             DVec3::new(ixy, iyy, iyz),
             DVec3::new(ixz, iyz, izz),
         );
+        let moment_min = link.mass * GYRATION_MIN * GYRATION_MIN;
+        if link.inertia.to_cols_array().iter().all(|moment| moment.abs() < moment_min) {
+            link.inertia = DMat3::ZERO;
+        }
         if let Err(message) = check_inertia(link.mass, &link.inertia) {
             element.input_error(inertia, message);
         }
