@@ -366,6 +366,31 @@ fn a_stance_sole_that_the_curve_moves_is_moved_slowly() {
     assert!(fastest > 0.01 && fastest < 0.0182, "{fastest}");
 }
 
+/// The largest acceleration of a joint that two waypoints do not show: a quarter from one of them,
+/// its distance from a straight line, rad/s2.
+fn hidden_acceleration(waypoints: &[Waypoint], joint: usize) -> f64 {
+    let hidden = |pair: &[Waypoint], part: f64| {
+        let [a, b] = [&pair[0], &pair[1]].map(|waypoint| waypoint.joint_acceleration[joint]);
+        let time = pair[0].time + part * (pair[1].time - pair[0].time);
+        let between = Interpolation::Quintic.between(&pair[0], &pair[1], time);
+        (between.joint_acceleration[joint] - (a + part * (b - a))).abs()
+    };
+    let pairs = waypoints.windows(2);
+    pairs.flat_map(|pair| [0.25, 0.75].map(|part| hidden(pair, part))).fold(0.0, f64::max)
+}
+
+#[test]
+fn corners_of_a_path_between_two_waypoints_are_passed_slowly() {
+    let model = hubo();
+    let wrist = model.joints.iter().position(|joint| joint.name.contains("wrist")).unwrap();
+    let mut walk = smooth_walk(&model, 2, 0.12);
+    let middle = walk.spans[1].first.midpoint(walk.spans[1].last);
+    walk.points[middle].first[6 + wrist] += 3.0;
+    let spans = timed(&mut timing_of(&model, &walk), &walk);
+    let hidden = hidden_acceleration(&spans[1], wrist);
+    assert!(hidden > 50.0 && hidden <= 100.0, "{hidden} rad/s2");
+}
+
 /// The largest ratio of the speed that the rates allow a sole that comes down to 0.02 m/s and 8 1/s
 /// times its distance from the foothold.
 fn hardest_landing(walk: &SmoothWalk) -> f64 {

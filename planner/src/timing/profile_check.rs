@@ -22,6 +22,10 @@ const RATE_PARTS: usize = 4;
 /// between two waypoints from a straight line, up to which the middle between them is checked
 /// alone. The first one moves the zero-moment point by 1 cm.
 const EVEN_MAX: [f64; 2] = [0.1, 1.5];
+/// The largest such distance that a motion may have, as a multiple of those. Where a path has a
+/// corner between two waypoints, a faster motion than this is not the one that they state: a joint
+/// stays within 100 rad/s2, and does within 60 in walks without such corners.
+const UNEVEN_MAX: f64 = 100.0 / EVEN_MAX[1];
 /// A waypoint, and what it asks of the robot where that is within the limits.
 type Known<'a> = (&'a Waypoint, &'a Option<AskedOfRobot>);
 
@@ -143,8 +147,15 @@ impl ProfileCheck<'_> {
     fn curve_is_within(&mut self, on: (usize, &SpanContacts<'_>), ends: [Known<'_>; 2]) -> bool {
         let [(here, _), (next, _)] = ends;
         let at = |part: f64| quintic_motion(here, next, here.time + (next.time - here.time) * part);
-        if is_even(here, next) {
+        let unevenness = unevenness(here, next);
+        if unevenness <= 1.0 {
             return self.sample_is_within(on, &at(0.5));
+        }
+        if unevenness > UNEVEN_MAX {
+            let rates = self.timed.law.at(0.5 * (here.time + next.time));
+            let slower = SLOWER * libm::sqrt(UNEVEN_MAX / unevenness);
+            self.slow_downs.ask_near(self.timed, rates.position, rates.speed, slower);
+            return false;
         }
         self.uneven_curve_is_within(on, ends, at)
     }
@@ -232,16 +243,19 @@ fn weights_at(part: f64) -> [f64; 4] {
     })
 }
 
-/// Whether the accelerations between two waypoints are near a straight line, a quarter from both.
-fn is_even(here: &Waypoint, next: &Waypoint) -> bool {
+/// The largest distance of an acceleration from a straight line, a quarter from two waypoints, as a
+/// multiple of [`EVEN_MAX`].
+fn unevenness(here: &Waypoint, next: &Waypoint) -> f64 {
     let seconds = next.time - here.time;
-    let is_near = |[from, to]: [[f64; 3]; 2], most: f64| {
-        stands(from, to)
-            || [0.25, 0.75].iter().all(|&part| {
-                let [.., acceleration] = hermite(from, to, seconds, part * seconds);
-                let straight = from[2] + (to[2] - from[2]) * part;
-                (acceleration - straight).abs() <= most
-            })
+    let distance = |[from, to]: [[f64; 3]; 2]| {
+        if stands(from, to) {
+            return 0.0;
+        }
+        [0.25, 0.75].into_iter().fold(0.0_f64, |largest, part| {
+            let [.., acceleration] = hermite(from, to, seconds, part * seconds);
+            let straight = from[2] + (to[2] - from[2]) * part;
+            largest.max((acceleration - straight).abs())
+        })
     };
     let root = |at: &Waypoint, axis: usize| {
         [at.root_position[axis], at.root_velocity[axis], at.root_acceleration[axis]]
@@ -249,9 +263,10 @@ fn is_even(here: &Waypoint, next: &Waypoint) -> bool {
     let joint = |at: &Waypoint, joint: usize| {
         [at.q[joint], at.joint_velocity[joint], at.joint_acceleration[joint]]
     };
-    (0..3).all(|axis| is_near([here, next].map(|at| root(at, axis)), EVEN_MAX[0]))
-        && (0..JOINTS_MAX)
-            .all(|index| is_near([here, next].map(|at| joint(at, index)), EVEN_MAX[1]))
+    let of_root = (0..3).map(|axis| distance([here, next].map(|at| root(at, axis))) / EVEN_MAX[0]);
+    let of_joints = (0..JOINTS_MAX)
+        .map(|index| distance([here, next].map(|at| joint(at, index))) / EVEN_MAX[1]);
+    of_root.chain(of_joints).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
