@@ -12,7 +12,7 @@ use crate::robot::mesh_path::{MeshError, find_mesh};
 use crate::robot::model::{Link, LinkShape};
 use crate::robot::tree::TreeLink;
 use crate::robot::urdf::Urdf;
-use crate::robot::urdf_link::{Geometry, LIGHT_MAX};
+use crate::robot::urdf_link::{Collision, Geometry, LIGHT_MAX};
 
 /// Which shapes a link gets.
 #[derive(Debug, Clone, Copy, Default)]
@@ -48,7 +48,10 @@ pub(crate) fn build_link(
     let raw = &urdf.links[index];
     let stated = if choice.visual { &raw.visuals } else { &raw.collisions };
     let mut shapes = Vec::with_capacity(stated.len());
-    for collision in stated {
+    let is_left_out = |part: &Collision| {
+        if choice.visual { raw.shows_contact_point(part) } else { part.geometry.is_point() }
+    };
+    for collision in stated.iter().filter(|part| !is_left_out(part)) {
         match shape(&collision.geometry, urdf, choice, meshes) {
             Ok(shape) => shapes.extend(
                 shape.map(|shape| LinkShape { link_from_shape: collision.link_from_shape, shape }),

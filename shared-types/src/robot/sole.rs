@@ -11,9 +11,13 @@ use crate::geometry::shape::Shape;
 
 use crate::robot::model::{Foot, Link};
 use crate::robot::spec::FootSpec;
+use crate::robot::surface_points::SurfacePoints;
 
 /// How far a sole's corner may be from the surface of the foot's collision shapes, m.
 const SOLE_GAP_MAX: f64 = 3e-3;
+/// How far a sole may be below all of the foot's shapes, m: the controller refuses a smooth motion
+/// whose feet meet the ground farther from where they are declared.
+const SOLE_BELOW_MAX: f64 = 5e-4;
 
 /// An error unless every corner of the sole lies on the surface of its link's own shapes.
 pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<(), InputError> {
@@ -44,7 +48,26 @@ pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<()
             )));
         }
     }
+    let below = distance_below(foot, link);
+    if below > SOLE_BELOW_MAX {
+        return Err(input_error(format!(
+            "its sole lies {:.1} mm below the collision shapes of link '{}', so that the foot stands in the air; at most {:.1} mm is allowed; 'surefoot robot add' finds soles",
+            1e3 * below,
+            link.name,
+            1e3 * SOLE_BELOW_MAX
+        )));
+    }
     Ok(())
+}
+
+/// How far the plane of the sole lies below all shapes of its link, m.
+fn distance_below(foot: &Foot, link: &Link) -> f64 {
+    let mut surface = SurfacePoints::default();
+    for part in &link.shapes {
+        surface.add(&part.shape, &part.link_from_shape);
+    }
+    let down = foot.link_from_sole.rotation * DVec3::NEG_Z;
+    foot.link_from_sole.translation.dot(down) - surface.extent(down)
 }
 
 /// The distance from a shape's surface to a point in the shape's frame, negative inside. A mesh is

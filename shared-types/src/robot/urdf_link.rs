@@ -15,6 +15,8 @@ const ROUNDING: f64 = 1e-3;
 /// No body has a smaller radius of gyration, m: smaller moments of inertia are rounding errors of a
 /// program that meant 0.
 const GYRATION_MIN: f64 = 1e-6;
+/// Two shapes nearer to each other than this are in one place, m.
+const SAME_PLACE_MAX: f64 = 1e-6;
 /// Links up to this mass may have any inertia, kg.
 pub(crate) const LIGHT_MAX: f64 = 0.1;
 
@@ -33,6 +35,22 @@ pub(crate) struct UrdfLink {
     pub(crate) visuals: Vec<Collision>,
 }
 
+impl UrdfLink {
+    /// The poses of spheres of radius 0 among the collision shapes: the points at which Drake lets
+    /// a foot touch the ground. They have no extent, so they are no shapes.
+    pub(crate) fn contact_points(&self) -> impl Iterator<Item = &Pose> {
+        let points = self.collisions.iter().filter(|part| part.geometry.is_point());
+        points.map(|part| &part.link_from_shape)
+    }
+
+    /// Whether a shape of the looks is a ball that shows a contact point.
+    pub(crate) fn shows_contact_point(&self, part: &Collision) -> bool {
+        let at = part.link_from_shape.translation;
+        matches!(part.geometry, Geometry::Sphere(_))
+            && self.contact_points().any(|point| point.translation.distance(at) < SAME_PLACE_MAX)
+    }
+}
+
 /// A collision shape as it is written.
 pub(crate) struct Collision {
     pub(crate) location: FileLocation,
@@ -47,6 +65,12 @@ pub(crate) enum Geometry {
     Cylinder { radius: f64, length: f64 },
     Capsule { radius: f64, length: f64 },
     Mesh { filename: String, scale: Option<DVec3> },
+}
+
+impl Geometry {
+    pub(crate) fn is_point(&self) -> bool {
+        matches!(self, Self::Sphere(radius) if *radius == 0.0)
+    }
 }
 
 /// Reads the link that `element` stands for.

@@ -9,10 +9,9 @@ use crate::mesh::store::MeshStore;
 use crate::robot::links::{ShapeChoice, build_link};
 use crate::robot::mesh_path::links_without_meshes;
 use crate::robot::model::LinkShape;
+use crate::robot::surface_points::SurfacePoints;
+use crate::robot::urdf_link::UrdfLink;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
-
-/// Corners of the polygon that stands for a cylinder's rim.
-const RIM_CORNERS: usize = 24;
 
 /// The shapes of every node.
 pub(crate) struct LinkShapes {
@@ -20,14 +19,6 @@ pub(crate) struct LinkShapes {
     pub(crate) collision: Vec<Vec<LinkShape>>,
     /// Shapes of looks; read only for nodes whose body has no collision shape, or balls alone.
     pub(crate) visual: Vec<Vec<LinkShape>>,
-}
-
-/// Points of a surface, and balls of which every surface point counts.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct SurfacePoints {
-    pub(crate) points: Vec<DVec3>,
-    /// Centres and radii, m.
-    pub(crate) balls: Vec<(DVec3, f64)>,
 }
 
 impl LinkShapes {
@@ -73,9 +64,11 @@ impl LinkShapes {
         if self.visual[node].is_empty() { &self.collision[node] } else { &self.visual[node] }
     }
 
-    /// Whether a body has collision shapes.
+    /// Whether a body has collision shapes or contact points.
     pub(crate) fn has_collision(&self, skeleton: &Skeleton, body: NodeIndex) -> bool {
-        skeleton.body_nodes(body).iter().any(|node| !self.collision[*node].is_empty())
+        let has_points = |node: NodeIndex| urdf_link(skeleton, node).contact_points().count() > 0;
+        let nodes = skeleton.body_nodes(body);
+        nodes.into_iter().any(|node| !self.collision[node].is_empty() || has_points(node))
     }
 
     /// The nodes of a body whose looks stand for them.
@@ -90,12 +83,17 @@ impl LinkShapes {
         surface_of(skeleton, body, |node| self.of(node))
     }
 
-    /// The balls among the collision shapes of a body whose looks stand for it, in the body's
-    /// frame: centres and radii, m.
+    /// The balls and contact points among the collision shapes of a body whose looks stand for it,
+    /// in the body's frame: centres and radii, m.
     pub(crate) fn contact_balls(&self, skeleton: &Skeleton, body: NodeIndex) -> Vec<(DVec3, f64)> {
         let is_shown = |node: NodeIndex| !self.visual[node].is_empty();
         let shapes = |node| if is_shown(node) { &self.collision[node][..] } else { &[] };
-        surface_of(skeleton, body, shapes).balls
+        let mut balls = surface_of(skeleton, body, shapes).balls;
+        for (node, body_from_link) in body_from_links(skeleton, body) {
+            let points = urdf_link(skeleton, node).contact_points().filter(|_| is_shown(node));
+            balls.extend(points.map(|at| (body_from_link * at.translation, 0.0)));
+        }
+        balls
     }
 }
 
@@ -105,16 +103,21 @@ fn surface_of<'s>(
     body: NodeIndex,
     shapes: impl Fn(NodeIndex) -> &'s [LinkShape],
 ) -> SurfacePoints {
-    let poses = skeleton.poses(&vec![0.0; skeleton.nodes.len()]);
-    let body_from_root = poses[body].inverse();
     let mut surface = SurfacePoints::default();
-    for node in skeleton.body_nodes(body) {
-        let body_from_link = body_from_root * poses[node];
+    for (node, body_from_link) in body_from_links(skeleton, body) {
         for part in shapes(node) {
             surface.add(&part.shape, &(body_from_link * part.link_from_shape));
         }
     }
     surface
+}
+
+/// The links of a body with their poses in the body's frame.
+fn body_from_links(skeleton: &Skeleton, body: NodeIndex) -> Vec<(NodeIndex, Pose)> {
+    let poses = skeleton.poses(&vec![0.0; skeleton.nodes.len()]);
+    let body_from_root = poses[body].inverse();
+    let nodes = skeleton.body_nodes(body);
+    nodes.into_iter().map(|node| (node, body_from_root * poses[node])).collect()
 }
 
 /// Says how to go on where the only complaint is a missing mesh file.
@@ -135,50 +138,10 @@ fn hint_at_several(skeleton: &Skeleton) -> Option<InputError> {
     (count > 0).then(|| InputError::file(path, message))
 }
 
-fn is_ball(shape: &Shape) -> bool {
-    matches!(shape, Shape::Sphere { .. })
+fn urdf_link<'a>(skeleton: &'a Skeleton, node: NodeIndex) -> &'a UrdfLink {
+    &skeleton.urdf.links[skeleton.nodes[node].urdf_link]
 }
 
-impl SurfacePoints {
-    fn add(&mut self, shape: &Shape, from_shape: &Pose) {
-        match shape {
-            Shape::Box { half_extents } => {
-                let corner = |bits: usize| {
-                    DVec3::from_array([0, 1, 2].map(|axis| {
-                        let sign = if bits >> axis & 1 == 1 { 1.0 } else { -1.0 };
-                        sign * half_extents[axis]
-                    }))
-                };
-                self.points.extend((0..8).map(|bits| *from_shape * corner(bits)));
-            }
-            Shape::Sphere { radius } => self.balls.push((from_shape.translation, *radius)),
-            Shape::Capsule { radius, half_length } => {
-                let end = |z: f64| (*from_shape * DVec3::new(0.0, 0.0, z), *radius);
-                self.balls.extend([end(*half_length), end(-*half_length)]);
-            }
-            Shape::Cylinder { radius, half_length } => {
-                for corner in 0..RIM_CORNERS {
-                    let angle = std::f64::consts::TAU * corner as f64 / RIM_CORNERS as f64;
-                    let (sin, cos) = libm::sincos(angle);
-                    for z in [-half_length, *half_length] {
-                        self.points.push(*from_shape * DVec3::new(radius * cos, radius * sin, z));
-                    }
-                }
-            }
-            Shape::ConvexHull { points, .. } | Shape::Mesh { vertices: points, .. } => {
-                self.points.extend(points.iter().map(|point| *from_shape * *point));
-            }
-        }
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.points.is_empty() && self.balls.is_empty()
-    }
-
-    /// The farthest extent along a unit direction, m.
-    pub(crate) fn extent(&self, direction: DVec3) -> f64 {
-        let points = self.points.iter().map(|point| point.dot(direction));
-        let balls = self.balls.iter().map(|(centre, radius)| centre.dot(direction) + radius);
-        points.chain(balls).fold(f64::NEG_INFINITY, f64::max)
-    }
+fn is_ball(shape: &Shape) -> bool {
+    matches!(shape, Shape::Sphere { .. })
 }

@@ -5,7 +5,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use crate::base::limits::POLYGON_VERTICES_MAX;
 use crate::base::spatial::Pose;
 use crate::geometry::convex_hull::{convex_polygon, hull_triangles, polygon_area};
-use crate::robot_draft::body::SurfacePoints;
+use crate::robot::surface_points::SurfacePoints;
 
 /// A sole faces at most this far from straight down where all joints stand at 0, rad.
 const TILT_MAX: f64 = 0.7;

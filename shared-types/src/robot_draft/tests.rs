@@ -228,6 +228,45 @@ fn a_foot_of_balls_stands_on_its_looks() {
     assert!(model.feet.iter().all(|foot| model.links[foot.link].shapes.len() == 1));
 }
 
+/// Drake marks the points at which a foot touches the ground by spheres of radius 0, and shows them
+/// by balls.
+#[test]
+fn spheres_of_radius_0_are_no_shapes() {
+    // The foot's box ends at -0.12 m.
+    let marks = |height: f64| {
+        let corners = [(-0.08, -0.06), (-0.08, 0.06), (0.11, -0.06), (0.11, 0.06)];
+        let mark = |(x, y): (f64, f64)| {
+            let sphere = |tag: &str, radius: f64| {
+                format!(
+                    "<{tag}><origin xyz=\"{x} {y} {height}\"/><geometry>\
+                     <sphere radius=\"{radius}\"/></geometry></{tag}>"
+                )
+            };
+            sphere("collision", 0.0) + &sphere("visual", 0.01)
+        };
+        corners.map(mark).concat()
+    };
+    let marked = |height: f64, is_shown: bool| {
+        ["left_foot", "right_foot"].iter().fold(hubo(), |text, foot| {
+            changed(&text, &format!("<link name=\"{foot}\""), "</link>", |link| {
+                let link =
+                    if is_shown { link.replace("collision>", "visual>") } else { link.into() };
+                link.replace("</link>", &format!("{}</link>", marks(height)))
+            })
+        })
+    };
+    for (urdf, looks) in [(marked(-0.122, false), 0), (marked(-0.12, true), 2)] {
+        let (draft, model) = drafted(&urdf);
+        assert_eq!(draft.visual_shapes.len(), looks);
+        for (foot, found) in model.feet.iter().zip(&draft.feet) {
+            assert!((foot.link_from_sole.translation.z + 0.12).abs() < 1e-6, "{found:?}");
+            assert_eq!(model.links[foot.link].shapes.len(), 1);
+        }
+        let is_between_points = draft.feet[0].source.contains("between its collision balls");
+        assert_eq!(is_between_points, looks > 0, "{:?}", draft.feet[0]);
+    }
+}
+
 /// A heel behind the left foot, and one behind the right foot.
 fn heels() -> String {
     let heel = |side: &str| {
