@@ -20,8 +20,6 @@ const BISECTIONS: usize = 30;
 /// Locked joints move in them, except in the standing posture: a pair does not become one of
 /// neighbours because the joints between are locked.
 pub(crate) struct PairSurvey {
-    /// Poses of all bodies' nodes with all joints at 0.
-    zero: Vec<Pose>,
     /// Poses of all bodies' nodes in each random configuration.
     samples: Vec<Vec<Pose>>,
     /// Poses of all links in the standing posture.
@@ -31,8 +29,6 @@ pub(crate) struct PairSurvey {
 impl PairSurvey {
     /// The survey of a robot; `unlocked` is its model with locked joints free.
     pub(crate) fn new(model: &RobotModel, unlocked: &RobotModel, bodies: &[CollisionBody]) -> Self {
-        let zero: Vec<f64> =
-            unlocked.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
         let sample_count = if bodies.len() > 1 { SURVEY_SAMPLES } else { 0 };
         let kinematics = Kinematics::new(unlocked);
         let links_from_nodes: Vec<Pose> =
@@ -47,16 +43,7 @@ impl PairSurvey {
         };
         let samples =
             (0..sample_count).map(|index| node_poses(&random_q(unlocked, index))).collect();
-        Self {
-            zero: node_poses(&zero),
-            samples,
-            standing: link_poses(&Kinematics::new(model), &model.standing_q),
-        }
-    }
-
-    /// Whether a pair touches with all joints at 0.
-    pub(crate) fn touches_at_zero(&self, bodies: &[CollisionBody], pair: [usize; 2]) -> bool {
-        touch(bodies, pair, &self.zero)
+        Self { samples, standing: link_poses(&Kinematics::new(model), &model.standing_q) }
     }
 
     /// Number of random configurations in which a pair touches.

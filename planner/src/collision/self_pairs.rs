@@ -74,19 +74,15 @@ impl SelfPairs {
             for b in a + 1..bodies.len() {
                 let links = [bodies[a].link, bodies[b].link];
                 let joints = joints_between(&unlocked.links, links);
-                let is_near = joints <= NEIGHBOR_JOINTS_MAX;
                 let hits = survey.hits(bodies, [a, b]);
-                if joints == 0
-                    || joints == 1 && hits == 0
-                    || hits >= COLLIDING_SAMPLES_MIN
-                    || is_near && survey.touches_at_zero(bodies, [a, b])
-                    || is_near && survey.touches_standing(&bodies[a], &bodies[b])
-                {
+                let stands_touching = survey.touches_standing(&bodies[a], &bodies[b]);
+                let is_near = joints <= NEIGHBOR_JOINTS_MAX || hits >= COLLIDING_SAMPLES_MIN;
+                if joints == 0 || joints == 1 && hits == 0 || is_near && stands_touching {
                     pairs.allowed.push((links[0].min(links[1]), links[0].max(links[1])));
                     continue;
                 }
                 let is_rigid = joints_between(&model.links, links) == 0;
-                if !is_rigid || survey.touches_standing(&bodies[a], &bodies[b]) {
+                if !is_rigid || stands_touching {
                     pairs.add_checked(&survey, bodies, [a, b], clearance);
                 }
             }

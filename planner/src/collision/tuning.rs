@@ -27,7 +27,7 @@ pub(crate) const NEARBY_MAX: usize = 24;
 
 /// Random configurations that show which pairs always collide.
 pub(crate) const SURVEY_SAMPLES: usize = 300;
-/// Fewest colliding samples (95 %) of a pair that may touch.
+/// Fewest colliding samples (95 %) of a pair that may touch if it does in the standing posture.
 pub(crate) const COLLIDING_SAMPLES_MIN: usize = SURVEY_SAMPLES * 95 / 100;
-/// Most moving joints between a pair that may touch because it collides with all joints at 0.
+/// Most moving joints between a pair that may touch because it does in the standing posture.
 pub(crate) const NEIGHBOR_JOINTS_MAX: usize = 3;

@@ -25,7 +25,7 @@ pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<()
         |message: String| spec.location.error(format!("foot '{}'", foot.name), message);
     if link.shapes.is_empty() {
         return Err(input_error(format!(
-            "its link '{}' has no collision shape; add one, or list the link under visual_shapes",
+            "its link '{}' has no collision shape (a sphere of radius 0 is none); add one, or list the link under visual_shapes",
             link.name
         )));
     }

@@ -78,9 +78,12 @@ impl LinkShapes {
         nodes
     }
 
-    /// The surface of all links of a body, in the body's frame.
+    /// The surface of all links of a body, in the body's frame; of a link without shapes its
+    /// contact points.
     pub(crate) fn surface(&self, skeleton: &Skeleton, body: NodeIndex) -> SurfacePoints {
-        surface_of(skeleton, body, |node| self.of(node))
+        let mut surface = surface_of(skeleton, body, |node| self.of(node));
+        surface.balls.extend(points_of(skeleton, body, |node| self.of(node).is_empty()));
+        surface
     }
 
     /// The balls and contact points among the collision shapes of a body whose looks stand for it,
@@ -89,12 +92,23 @@ impl LinkShapes {
         let is_shown = |node: NodeIndex| !self.visual[node].is_empty();
         let shapes = |node| if is_shown(node) { &self.collision[node][..] } else { &[] };
         let mut balls = surface_of(skeleton, body, shapes).balls;
-        for (node, body_from_link) in body_from_links(skeleton, body) {
-            let points = urdf_link(skeleton, node).contact_points().filter(|_| is_shown(node));
-            balls.extend(points.map(|at| (body_from_link * at.translation, 0.0)));
-        }
+        balls.extend(points_of(skeleton, body, is_shown));
         balls
     }
+}
+
+/// The contact points of those of a body's links that count, as balls in the body's frame.
+fn points_of(
+    skeleton: &Skeleton,
+    body: NodeIndex,
+    counts: impl Fn(NodeIndex) -> bool,
+) -> Vec<(DVec3, f64)> {
+    let links = body_from_links(skeleton, body).into_iter().filter(|(node, _)| counts(*node));
+    let points = links.flat_map(|(node, body_from_link)| {
+        let points = urdf_link(skeleton, node).contact_points();
+        points.map(move |at| (body_from_link * at.translation, 0.0))
+    });
+    points.collect()
 }
 
 /// The surface of shapes of a body's links, in the body's frame.
