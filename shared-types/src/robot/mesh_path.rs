@@ -69,6 +69,9 @@ fn not_found(name: &str, bases: &[PathBuf], above: &[&Path]) -> String {
             above[above.len() - 1].display(),
             package_advice(above, package)
         ),
+        None if Path::new(name.strip_prefix("file://").unwrap_or(name)).is_absolute() => {
+            format!("mesh '{name}' not found; put it there")
+        }
         _ => {
             let searched: Vec<String> =
                 bases.iter().map(|base| base.display().to_string()).collect();
