@@ -102,7 +102,7 @@ fn a_signal_while_a_plan_goes_to_a_pipe_ends() {
     folder.good("mkfifo plan.json");
     for command in ["plan", "walk"] {
         let mut options = fs::OpenOptions::new();
-        let mut pipe = options
+        let pipe = options
             .read(true)
             .custom_flags(libc::O_NONBLOCK)
             .open(folder.path("plan.json"))
@@ -110,11 +110,7 @@ fn a_signal_while_a_plan_goes_to_a_pipe_ends() {
         let child =
             folder.start(&format!("exec $S {command} flat.toml --quiet --export plan.json"));
         // A pipe holds 64 KiB, a plan is larger: the writer blocks once it has begun.
-        let began = std::time::Instant::now();
-        while !matches!(pipe.read(&mut [0]), Ok(1)) {
-            assert!(began.elapsed().as_secs() < 60, "{command} writes nothing");
-            std::thread::sleep(std::time::Duration::from_millis(10));
-        }
+        wait_until(|| matches!((&pipe).read(&mut [0]), Ok(1)));
         send(child.id(), TERM);
         let output = finish(child);
         assert_eq!(output.code, 143, "{command}: {}", output.err);

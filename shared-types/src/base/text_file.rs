@@ -191,7 +191,7 @@ pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
     up.chain(down).collect::<Vec<_>>().join("/")
 }
 
-/// The text with every line end as `\n`: some programs end lines with a carriage return alone.
+/// The text with every line end as `\n`: some programs end lines with `\r` alone.
 pub(crate) fn plain_lines(text: &str) -> Cow<'_, str> {
     match text.contains('\r') {
         true => Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")),
