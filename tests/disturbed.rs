@@ -224,6 +224,26 @@ fn disturbances_are_reproducible_by_their_seed() {
 }
 
 #[test]
+fn a_misplaced_last_step_ends_at_rest() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, json) = (folder.path().join("short.toml"), folder.path().join("report.json"));
+    let configs = concat!(env!("CARGO_MANIFEST_DIR"), "/configs");
+    let text = format!(
+        "robot = \"{configs}/robots/hubo/robot.toml\"\nworld = \"{configs}/worlds/flat_walk.toml\"\n\
+         [start]\nxyz = [0.5, 0, 0]\n[goal]\nxyz = [1.1, 0, 0]\n"
+    );
+    std::fs::write(&path, text).unwrap();
+    for seed in ["1", "2", "3"] {
+        let mut line = vec!["walk", path.to_str().unwrap(), "--quiet", "--motion", "smooth"];
+        line.extend(["--disturb", seed, "--json", json.to_str().unwrap()]);
+        let output = run(&line);
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+        let report: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+        assert_eq!(report["replans"], 0, "{report}");
+    }
+}
+
+#[test]
 fn a_disturbed_walk_of_two_processes_loses_nothing() {
     let walked = |motion: &str, seed: &str| {
         let folder = tempfile::tempdir().unwrap();

@@ -83,6 +83,7 @@ fn stl_dialects_are_read() {
             FACET.replace('\n', "\r\n").replace("vertex", "\t vertex")
         ),
         format!("solid x\n{}endsolid x\n", FACET.replace("0 0 1", "-nan(ind) 1.#QNAN nan")),
+        format!("solid x\n{FACET}endsolid x\n").replace('\n', "\r"),
     ];
     for dialect in &dialects {
         let triangles =
@@ -102,6 +103,7 @@ fn binary_stl_files_hold_what_they_claim() {
     assert_eq!(load("t.stl", &binary_stl(b"made by hand", 2, 2)).unwrap().len(), 2);
     assert_eq!(load("t.stl", &binary_stl(b"solid but binary", 2, 2)).unwrap().len(), 2);
     assert_eq!(load("t.stl", &binary_stl(b"ply", 2, 2)).unwrap().len(), 2);
+    assert_eq!(load("t.stl", &binary_stl(b"\xef\xbb\xbfby hand", 2, 2)).unwrap().len(), 2);
     let padded = [binary_stl(b"", 2, 2), vec![0; 100]].concat();
     assert_eq!(load("t.stl", &padded).unwrap().len(), 2);
     refused("t.stl", binary_stl(b"", 6, 2), &["says that it holds 6 triangles", "for 2 only"]);
@@ -132,6 +134,7 @@ fn damaged_stl_texts_are_refused_with_their_line() {
         (text(&FACET.replace("1 0 0", "1 0 1e99"), "endsolid\n"), ["t.stl:8", "not finite"]),
         (format!("solid x facet normal 0 0 1\n{FACET}endsolid"), ["t.stl:1", "'facet'"]),
         (text("", "endsolid\n"), ["t.stl", "holds no triangles"]),
+        (format!("# by a program\n{}", text(FACET, "endsolid")), ["t.stl", "begin with 'solid'"]),
     ] {
         refused("t.stl", bad, &parts);
     }
@@ -155,6 +158,9 @@ fn obj_lines_are_read_as_the_format_says() {
         format!("{}fo 1 2 3 4\n", QUAD.replace(" 0\n", " 0 1.0\n")),
         format!("{}f 1 2 3 4\n", QUAD.replace(" 0\n", " 0 0.5 0.5 0.5\n")),
         format!("{QUAD}f 1 1 2 3 4 4\nf 1 2 1 2\nf 1 1 1\n"),
+        format!("# by a program\n{QUAD}g a\nf 1 2 3 4\n").replace('\n', "\r"),
+        format!("# a\r{QUAD}# b\rf 1 2 3 4\n"),
+        format!("# C:\\models\\\n# more\n{QUAD}g a \\\nb\nusemtl \\\n\nf 1 2 3 4\n# the end \\"),
     ];
     for dialect in &dialects {
         let triangles =
@@ -186,6 +192,10 @@ fn what_obj_cannot_hold_is_refused_with_its_line() {
         ("F 1 2 3", ["t.obj:5", "'F'"]),
         ("surf 0 1 0 1 1 2 3 4", ["t.obj:5", "free-form surface"]),
         ("call other.obj", ["t.obj:5", "'call'"]),
+        ("# C:\\models\\", ["t.obj:5", "remove the '\\'"]),
+        ("# C:\\models\\\n# more \\", ["t.obj:5", "remove the '\\'"]),
+        ("g C:\\models\\", ["t.obj:5", "remove the '\\'"]),
+        ("mtllib C:\\models\\\nv 0 0 0", ["t.obj:5", "remove the '\\'"]),
     ] {
         refused("t.obj", format!("{QUAD}{line}\nf 1 2 3\n"), &parts);
     }
@@ -259,6 +269,11 @@ fn formats_that_are_not_read_are_called_by_their_names() {
         b"version https://git-lfs.github.com/spec/v1\n",
         &["Git LFS pointer", "git lfs pull"],
     );
+    for page in ["<!DOCTYPE html><html>404</html>", "<!doctype html>\n", "<html></html>"] {
+        for name in ["a.stl", "a.obj", "a.dae", "a.unknown"] {
+            refused(name, page.repeat(9), &["is a web page, not the mesh itself; fetch the file"]);
+        }
+    }
     refused("a.obj", format!("solid x\n{FACET}endsolid\n"), &["STL file by its content"]);
     refused("a.stl", format!("{QUAD}f 1 2 3 4\n"), &["OBJ file by its content; name it .obj"]);
     refused("a.dae", format!("{QUAD}f 1 2 3 4\n"), &["OBJ file by its content"]);
@@ -348,6 +363,23 @@ fn collada_is_read_as_it_says() {
     refused("t.dae", collada(SQUARE, colours, &triangles_of("0 1 2"), NODE), &["X, Y and Z"]);
     let remarks = format!("\n<!-- -- --><?xml version=\"1.0\"?>{plain}");
     assert!(load("t.dae", remarks.as_bytes()).is_ok());
+}
+
+#[test]
+fn a_collada_file_has_one_unit_and_names_its_scene() {
+    let named = "<param name=\"X\"/><param name=\"Y\"/><param name=\"Z\"/>";
+    let plain = collada(SQUARE, named, &triangles_of("0 1 2"), NODE);
+    let own = |metres: &str| {
+        let asset = format!("<geometry id=\"a b\"><asset><unit meter=\"{metres}\"/></asset>");
+        plain.replace("<geometry id=\"a b\">", &asset)
+    };
+    assert_eq!(load("t.dae", own("1").as_bytes()), load("t.dae", plain.as_bytes()));
+    refused("t.dae", own("0.01"), &["<geometry>", "<unit> of its own"]);
+    let unnamed = plain.replace("<scene><instance_visual_scene url=\"#s\"/></scene>", "");
+    assert_eq!(load("t.dae", unnamed.as_bytes()), load("t.dae", plain.as_bytes()));
+    let empty = "<library_visual_scenes><visual_scene id=\"e\"/>";
+    let several = unnamed.replace("<library_visual_scenes>", empty);
+    refused("t.dae", several, &["several <visual_scene>s"]);
 }
 
 #[test]

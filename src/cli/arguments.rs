@@ -6,6 +6,7 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use surefoot_planner::methods::method::Method;
 use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
+use surefoot_shared_types::base::text_file::check_angles;
 use surefoot_shared_types::config::MotionKind;
 
 use crate::cli::bench_arguments::BenchArguments;
@@ -347,6 +348,7 @@ fn stance(text: &str) -> Result<StanceArgument, String> {
     let [x, y, z, yaw] = numbers[..] else {
         return Err(format!("{} numbers, four are needed: x,y,z,yaw", numbers.len()));
     };
+    check_angles("the heading", &[yaw])?;
     Ok(StanceArgument { position: [x, y, z], yaw })
 }
 

@@ -189,13 +189,16 @@ pub fn check_folder(folder: Option<&Path>) -> Result<(), CommandError> {
     check_path(&folder.join("a file"))
 }
 
-/// Writes a file. A signal during the write of a regular file is recorded.
+/// Writes a file. A signal during the write of a regular file is recorded; one during the write of
+/// a pipe or device ends the process.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write(bytes: &[u8], path: &Path) -> Result<(), CommandError> {
+    let is_stream = whole_file::is_stream(path);
+    let _deferral = (!is_stream).then(signals::defer);
     // A reader of a pipe may be slow for ever.
-    let _deferral = (!whole_file::is_stream(path)).then(signals::defer);
+    let _exposure = is_stream.then(signals::expose);
     signals::set_activity(Activity::Writing);
     let written = whole_file::write(path, bytes).map_err(|reason| unwritable(path, &reason));
     signals::set_activity(Activity::Other);

@@ -13,7 +13,7 @@ use surefoot_shared_types::world::correction::CorrectionError;
 use crate::export::ExportError;
 use crate::picture::PictureError;
 use crate::report::role::Role;
-use crate::system::limits::{self, OPEN_FILES_MIN, STACK_KIB_MIN};
+use crate::system::limits::{self, FILE_KIB_MIN, OPEN_FILES_MIN, STACK_KIB_MIN};
 use crate::system::signals;
 
 /// The outcome of a completed command.
@@ -204,6 +204,14 @@ pub enum CommandError {
         /// The limit.
         limit: u64,
     },
+    /// The system permits too small files for shared memory.
+    #[error(
+        "file size: the limit is {kib} KiB, {FILE_KIB_MIN} are needed; run 'ulimit -f unlimited'"
+    )]
+    FileSize {
+        /// The limit, KiB.
+        kib: u64,
+    },
     /// The system permits too small a stack.
     #[error("stack: the limit is {kib} KiB, {STACK_KIB_MIN} are needed; run 'ulimit -s 8192'")]
     Stack {
@@ -237,7 +245,8 @@ impl CommandError {
     /// # Errors
     /// When they are.
     pub fn unless_limited() -> Result<(), Self> {
-        limits::too_few_open_files().map_or(Ok(()), |limit| Err(Self::OpenFiles { limit }))
+        limits::too_few_open_files().map_or(Ok(()), |limit| Err(Self::OpenFiles { limit }))?;
+        limits::too_small_files().map_or(Ok(()), |kib| Err(Self::FileSize { kib }))
     }
 
     /// An error if the stack of this process is too small.

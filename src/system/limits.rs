@@ -7,6 +7,9 @@ const OPEN_FILES_LEAST: u64 = 36;
 /// Open files that a process asks for where it may: many readers may subscribe to an instance.
 const OPEN_FILES_WANTED: u64 = 1024;
 
+/// Size that a file may have to hold the largest segment of a walk, KiB: twice what it needs.
+pub const FILE_KIB_MIN: u64 = 32_768;
+
 /// Stack of the main thread that a process needs, KiB, with a margin: twice what it uses.
 pub const STACK_KIB_MIN: u64 = 4096;
 /// Stack that a process asks for where it may, KiB: the usual limit.
@@ -50,6 +53,11 @@ pub fn raise_stack() {
 /// The limit of the main thread's stack, KiB, if it is too low.
 pub fn too_small_stack() -> Option<u64> {
     soft_limit(libc::RLIMIT_STACK).map(|bytes| bytes / 1024).filter(|kib| *kib < STACK_KIB_MIN)
+}
+
+/// The limit of a file's size, KiB, if it is too low for shared memory.
+pub fn too_small_files() -> Option<u64> {
+    soft_limit(libc::RLIMIT_FSIZE).map(|bytes| bytes / 1024).filter(|kib| *kib < FILE_KIB_MIN)
 }
 
 /// The number of files that this process may open, if it is too low for shared memory.

@@ -13,6 +13,7 @@ use crate::system::fixed_text::FixedText;
 
 static RAISED: AtomicI32 = AtomicI32::new(0);
 static DEFERRALS: AtomicUsize = AtomicUsize::new(0);
+static EXPOSURES: AtomicUsize = AtomicUsize::new(0);
 static ACTIVITY: AtomicU8 = AtomicU8::new(0);
 static IS_SILENT: AtomicBool = AtomicBool::new(false);
 static HAS_TERMINAL: AtomicBool = AtomicBool::new(false);
@@ -99,6 +100,24 @@ impl Drop for Deferral {
     }
 }
 
+/// While it exists, a signal ends the process although a [`Deferral`] exists: it waits for another
+/// program, which may never come.
+#[derive(Debug)]
+#[must_use]
+pub struct Exposure(());
+
+/// Lets signals end the process until the result is dropped.
+pub fn expose() -> Exposure {
+    EXPOSURES.fetch_add(1, Ordering::SeqCst);
+    Exposure(())
+}
+
+impl Drop for Exposure {
+    fn drop(&mut self) {
+        EXPOSURES.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
 /// The signal that asked this process to end, if one did.
 pub fn raised() -> Option<i32> {
     Some(RAISED.load(Ordering::Relaxed)).filter(|signal| *signal != 0)
@@ -128,7 +147,7 @@ pub fn ask_to_end(child: &std::process::Child) {
 /// A handler: atomics, `write` and `_exit` alone.
 extern "C" fn note(signal: c_int) {
     RAISED.store(signal, Ordering::Relaxed);
-    if DEFERRALS.load(Ordering::SeqCst) > 0 {
+    if DEFERRALS.load(Ordering::SeqCst) > 0 && EXPOSURES.load(Ordering::SeqCst) == 0 {
         return;
     }
     if !IS_SILENT.load(Ordering::Relaxed) {

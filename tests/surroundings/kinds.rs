@@ -111,3 +111,23 @@ fn no_character_that_a_terminal_obeys_is_printed() {
     let value: serde_json::Value = serde_json::from_str(&shown).unwrap();
     assert_eq!(value["scenario"], "a\u{1b}b.toml");
 }
+
+#[test]
+fn a_package_above_the_working_folder_is_found() {
+    let folder = Folder::new();
+    let robots = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/robots/hubo");
+    folder.good("mkdir -p legs/urdf legs/meshes");
+    folder.good(&format!("cp {robots}/robot.toml {robots}/hubo.urdf legs/urdf"));
+    folder.write("legs/package.xml", "<package><name>legs</name></package>");
+    let corner = "v 0 0 0\nv 0.04 0 0\nv 0 0.04 0\nv 0 0 0.04\n";
+    let mesh = format!("{corner}f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    folder.write("legs/meshes/head.obj", &mesh);
+    let mesh = "<mesh filename=\"package://legs/meshes/head.obj\"/>";
+    folder.good(&format!("sed -i 's|<cylinder.*length=\"0.08\"/>|{mesh}|' legs/urdf/hubo.urdf"));
+    folder.good("grep -q package: legs/urdf/hubo.urdf");
+    for line in
+        ["$S robot inspect legs/urdf/robot.toml", "cd legs/urdf; $S robot inspect robot.toml"]
+    {
+        folder.good(line);
+    }
+}

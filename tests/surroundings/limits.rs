@@ -29,10 +29,15 @@ fn little_memory_is_one_line() {
 }
 
 #[test]
-fn a_limit_of_file_sizes_is_an_error_of_the_write() {
+fn a_limit_of_file_sizes_is_named_or_an_error_of_the_write() {
     let folder = Folder::new();
-    let err = folder.error("ulimit -f 0; exec $S walk flat.toml --quiet");
-    assert!(err.contains("File too large"), "{err}");
+    for kib in [0, 1, 32, 1000, 16_000] {
+        for command in ["walk", "plan --instance small", "control --instance small"] {
+            let err = folder.error(&format!("ulimit -f {}; exec $S {command} flat.toml", 2 * kib));
+            assert!(err.contains(&format!("file size: the limit is {kib} KiB")), "{err}");
+        }
+    }
+    folder.good("ulimit -f 65536; exec $S walk flat.toml --quiet");
     let output = folder.run("ulimit -f 16; exec $S plan flat.toml --quiet --export plan.json");
     assert_eq!(output.code, 2, "{}", output.err);
     assert!(output.err.contains("plan.json: cannot be written: File too large"), "{}", output.err);

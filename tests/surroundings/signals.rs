@@ -95,6 +95,31 @@ fn a_signal_while_a_picture_is_drawn_or_written_ends() {
 }
 
 #[test]
+fn a_signal_while_a_plan_goes_to_a_pipe_ends() {
+    use std::io::Read;
+    use std::os::unix::fs::OpenOptionsExt;
+    let folder = Folder::new();
+    folder.good("mkfifo plan.json");
+    for command in ["plan", "walk"] {
+        let mut options = fs::OpenOptions::new();
+        let pipe = options
+            .read(true)
+            .custom_flags(libc::O_NONBLOCK)
+            .open(folder.path("plan.json"))
+            .unwrap();
+        let child =
+            folder.start(&format!("exec $S {command} flat.toml --quiet --export plan.json"));
+        // A pipe holds 64 KiB, a plan is larger: the writer blocks once it has begun.
+        wait_until(|| matches!((&pipe).read(&mut [0]), Ok(1)));
+        send(child.id(), TERM);
+        let output = finish(child);
+        assert_eq!(output.code, 143, "{command}: {}", output.err);
+        assert!(output.err.contains("ended by signal 15"), "{command}: {}", output.err);
+        assert_nothing_left(output.pid);
+    }
+}
+
+#[test]
 fn what_a_search_knows_is_reported_when_it_is_ended() {
     let folder = Folder::new();
     for command in ["plan", "walk"] {

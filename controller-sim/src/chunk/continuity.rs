@@ -52,8 +52,8 @@ pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
             let moved = pose_difference(old, new);
             if !is_at_most(moved, KEPT_POSE_MAX) {
                 return Err(format!(
-                    "foot {} is declared {:.6} mm from where it stood before",
-                    old.limb,
+                    "the {} foot is declared {:.6} mm from where it stood before",
+                    ["left", "right"].get(old.limb as usize).copied().unwrap_or("unknown"),
                     1e3 * moved
                 ));
             }

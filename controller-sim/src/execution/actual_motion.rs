@@ -6,7 +6,7 @@ use surefoot_shared_types::base::spatial::interpolate;
 use surefoot_shared_types::message::{PlanChunk, Waypoint};
 
 use crate::check::checker::Checker;
-use crate::check::course::PlanRate;
+use crate::check::course::{PlanRate, is_resting};
 use crate::execution::tuning::DIFFERENCE_SECONDS;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::kinematics::leg_ik::solve_leg_ik;
@@ -81,13 +81,15 @@ impl MisplacedFoot {
             let instant = trajectory::between(from, to, waypoints[index].time + seconds);
             self.moved(checker, planned, &instant)
         };
-        let h = DIFFERENCE_SECONDS;
+        let (h, rests) = (DIFFERENCE_SECONDS, is_resting(&waypoints[index]));
         let before = beside(index.saturating_sub(1), -h)?;
         let after = beside(index.min(waypoints.len() - 2), h)?;
         let mut actual = here;
         for &joint in &checker.model().leg(self.limb) {
             let [a, b, c] = [&before, &here, &after].map(|waypoint| waypoint.q[joint]);
-            actual.joint_velocity[joint] = (c - a) / (2.0 * h);
+            // Where the plan rests, the leg does; differences leave a little.
+            let velocity = if rests { 0.0 } else { (c - a) / (2.0 * h) };
+            actual.joint_velocity[joint] = velocity;
             actual.joint_acceleration[joint] = (c - 2.0 * b + a) / (h * h);
         }
         Ok(actual)

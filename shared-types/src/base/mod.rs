@@ -3,6 +3,7 @@
 
 pub mod closest;
 pub mod digest;
+pub(crate) mod exactly;
 pub(crate) mod file_kind;
 pub mod input_error;
 pub mod limits;

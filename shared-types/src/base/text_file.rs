@@ -1,5 +1,6 @@
 //! Text files of the user, with the line of each element, so that every error names its line.
 
+use std::borrow::Cow;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
@@ -15,6 +16,8 @@ pub(crate) const TEXT_BYTES_MAX: u64 = 64 << 20;
 pub(crate) const IS_UTF16: &str = "is UTF-16 text; save it as UTF-8";
 /// Largest magnitude of a number in a file, in the number's unit.
 pub const NUMBER_MAX: f64 = 1e6;
+/// Largest angle that a person writes, rad: a turn, rounded up.
+const ANGLE_MAX: f64 = std::f64::consts::TAU + 1e-3;
 
 /// A text file in memory.
 #[derive(Debug, Clone)]
@@ -188,12 +191,35 @@ pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
     up.chain(down).collect::<Vec<_>>().join("/")
 }
 
+/// The text with every line end as `\n`: some programs end lines with `\r` alone.
+pub(crate) fn plain_lines(text: &str) -> Cow<'_, str> {
+    match text.contains('\r') {
+        true => Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n")),
+        false => Cow::Borrowed(text),
+    }
+}
+
 /// An error unless all numbers are finite and at most [`NUMBER_MAX`] in magnitude.
 pub(crate) fn check_numbers(name: &str, numbers: &[f64]) -> Result<(), String> {
     match numbers.iter().find(|number| number.is_nan() || number.abs() > NUMBER_MAX) {
         Some(number) => Err(format!(
             "{name} holds {}; every number must be finite and at most {NUMBER_MAX:e} in magnitude",
             short(*number)
+        )),
+        None => Ok(()),
+    }
+}
+
+/// An error unless all numbers are angles in radians of at most one turn. Degrees are more.
+///
+/// # Errors
+/// The message names the angle, and what it is if it was meant in degrees.
+pub fn check_angles(name: &str, angles: &[f64]) -> Result<(), String> {
+    check_numbers(name, angles)?;
+    match angles.iter().find(|angle| angle.abs() > ANGLE_MAX) {
+        Some(angle) => Err(format!(
+            "{name} holds {angle}, more than one turn; angles are in radians, where {angle} degrees are {:.4}",
+            angle.to_radians()
         )),
         None => Ok(()),
     }

@@ -18,6 +18,10 @@ const SCENE_ELEMENTS_MAX: usize = 1_000_000;
 /// Most triangles of a scene; instances multiply those of the file. The largest STL file holds
 /// fewer.
 const TRIANGLES_MAX: usize = 1 << 25;
+/// The message about scenes of which the file chooses none.
+const NO_SCENE_NAMED: &str =
+    "has several <visual_scene>s and names none in <scene>; export one alone";
+
 /// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does
 /// not count: ROS takes coordinates as they stand, and its robots rely on that.
 pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
@@ -34,7 +38,9 @@ pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
     if !root.has_tag_name("COLLADA") {
         return Err(format!("is not COLLADA: its root is <{}>", root.tag_name().name()).into());
     }
-    let mesh_from_scene = DAffine3::from_scale(DVec3::splat(metres_per_unit(root)?));
+    let metres = metres_per_unit(root)?;
+    check_one_unit(root, metres)?;
+    let mesh_from_scene = DAffine3::from_scale(DVec3::splat(metres));
     let mut reader = Reader { ids: Ids::below(root), geometries: BTreeMap::new(), welder };
     if let Some(scene) = reader.scene(root)? {
         return Ok(reader.walk(scene, mesh_from_scene)?);
@@ -56,7 +62,13 @@ impl<'a, 'input> Reader<'a, 'input, '_> {
     fn scene(&self, root: Node<'a, 'input>) -> Result<Option<Node<'a, 'input>>, String> {
         match child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene")) {
             Some(instance) => self.ids.find(instance, "url", "visual_scene").map(Some),
-            None => Ok(root.descendants().find(|node| node.has_tag_name("visual_scene"))),
+            None => {
+                let mut scenes = root.descendants().filter(|node| is_scene(*node));
+                match (scenes.next(), scenes.next()) {
+                    (_, Some(_)) => Err(NO_SCENE_NAMED.into()),
+                    (scene, None) => Ok(scene),
+                }
+            }
         }
     }
 
@@ -129,8 +141,28 @@ fn place(faces: &[Face], mesh_from_node: &DAffine3, welder: &mut Welder) -> Resu
     Ok(())
 }
 
-fn metres_per_unit(root: Node) -> Result<f64, String> {
-    let text = child(root, "asset")
+fn is_scene(node: Node) -> bool {
+    node.has_tag_name("visual_scene")
+}
+
+/// Refuses a part with another unit than the file's: parts are read in that one.
+fn check_one_unit(root: Node, metres: f64) -> Result<(), String> {
+    let assets = root.descendants().filter(|node| node.has_tag_name("asset"));
+    for part in
+        assets.filter_map(|asset| asset.parent()).filter(|part| child(*part, "asset").is_some())
+    {
+        let own = metres_per_unit(part)?;
+        if child(part, "asset").and_then(|asset| child(asset, "unit")).is_some() && own != metres {
+            let tag = part.tag_name().name();
+            return Err(format!("has a <{tag}> with a <unit> of its own; export it in one unit"));
+        }
+    }
+    Ok(())
+}
+
+/// The metres of a unit of the file, or of a part of it.
+fn metres_per_unit(part: Node) -> Result<f64, String> {
+    let text = child(part, "asset")
         .and_then(|asset| child(asset, "unit"))
         .and_then(|unit| unit.attribute("meter"));
     let Some(text) = text else { return Ok(1.0) };

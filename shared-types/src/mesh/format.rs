@@ -15,6 +15,9 @@ const UNKNOWN_FORMAT: &str = "is not read; convert it to STL, OBJ or COLLADA";
 /// How files of other formats begin.
 const BEGINNINGS: &[(&[u8], &str)] = &[
     (b"version https://git-lfs", "a Git LFS pointer"),
+    (b"<!DOCTYPE html", "a web page"),
+    (b"<!doctype html", "a web page"),
+    (b"<html", "a web page"),
     (b"ply", "a PLY"),
     (b"OFF", "an OFF"),
     (b"COFF", "an OFF"),
@@ -105,6 +108,7 @@ pub(crate) fn foreign(path: &Path, bytes: &[u8]) -> Option<String> {
         }
         "an OBJ" => format!("is {name} file by its content; name it .obj"),
         "a Git LFS pointer" => format!("is {name}, not the mesh itself; fetch it (git lfs pull)"),
+        "a web page" => format!("is {name}, not the mesh itself; fetch the file"),
         "an STL" => format!("is {name} file by its content; name it .stl"),
         _ => format!("is {name} file, which {UNKNOWN_FORMAT}"),
     })

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use crate::base::text_file::{IS_UTF16, has_utf16_mark};
+use crate::base::text_file::{IS_UTF16, has_utf16_mark, plain_lines};
 use crate::mesh::raw_mesh::{MeshError, Welder};
 
 /// Words that state no surface: texture, normals, names, materials, lines and points, and what
@@ -67,8 +67,8 @@ pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
     }
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-    for (line, text) in logical_lines(&String::from_utf8_lossy(bytes)) {
-        read_line(&text, line, &mut vertices, &mut faces)
+    for (line, text) in logical_lines(&plain_lines(&String::from_utf8_lossy(bytes))) {
+        text.and_then(|text| read_line(&text, line, &mut vertices, &mut faces))
             .map_err(|message| MeshError::at(line, message))?;
     }
     let mut corners = Vec::new();
@@ -88,18 +88,30 @@ pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// The lines with their numbers, from 1; one that ends in `\` goes on in the next.
-fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+/// The lines with their numbers, from 1; one that ends in `\` goes on in the next. A remark or a
+/// name may end so by chance, as a path does, and would then swallow the vertex or face behind it:
+/// programs differ there, so it is refused.
+fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Result<Cow<'_, str>, String>)> {
     let mut lines = text.lines().enumerate();
     std::iter::from_fn(move || {
         let (at, first) = lines.next()?;
         let mut line = Cow::Borrowed(first);
         while let Some(head) = line.trim_end().strip_suffix('\\') {
             let next = lines.next().map_or("", |(_, next)| next);
+            if !states_surface(first) && states_surface(next) {
+                let goes_on = "ends in '\\', as if the vertex or face in the next line belonged to it; remove the '\\'";
+                return Some((at + 1, Err(goes_on.into())));
+            }
             line = Cow::Owned(format!("{head} {next}"));
         }
-        Some((at + 1, line))
+        Some((at + 1, Ok(line)))
     })
+}
+
+/// Whether a line states a part of a surface.
+fn states_surface(line: &str) -> bool {
+    let word = line.split_whitespace().next().unwrap_or_default();
+    ["v", "f", "fo"].contains(&word) || PATCHES.contains(&word)
 }
 
 fn read_line(

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 
+use crate::base::text_file::plain_lines;
 use crate::mesh::raw_mesh::{MeshError, Welder};
 
 /// Bytes before the count of a binary file.
@@ -16,20 +17,28 @@ const TRIANGLE_BYTES: usize = 50;
 
 /// Reads a file. CAD exporters write 80 bytes for a part without a body: no triangles.
 pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let is_text = is_text(bytes) && !bytes.contains(&0);
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let is_text = is_text(text) && !bytes.contains(&0);
     let is_stub = bytes.len() == HEADER_BYTES
         && !bytes.windows(5).any(|word| word.eq_ignore_ascii_case(b"facet"));
     match (is_stub, is_text) {
         (true, _) => Ok(()),
-        (_, true) => read_text(&String::from_utf8_lossy(bytes), welder),
-        (_, false) => read_binary(bytes, welder),
+        (_, true) => read_text(&plain_lines(&String::from_utf8_lossy(text)), welder),
+        (_, false) => {
+            read_binary(bytes, welder).map_err(|error| other_text(bytes).unwrap_or(error))
+        }
     }
 }
 
 /// Whether a file begins as a text does. The header of a binary one may do so as well.
 pub(crate) fn is_text(bytes: &[u8]) -> bool {
     bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
+}
+
+/// The complaint about a file that cannot be read as binary and is text, or nothing.
+fn other_text(bytes: &[u8]) -> Option<MeshError> {
+    let is_text = std::str::from_utf8(bytes).is_ok() && !bytes.contains(&0);
+    is_text.then(|| "is text that does not begin with 'solid': no STL file; export it again".into())
 }
 
 fn read_binary(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {

@@ -7,6 +7,10 @@ use crate::base::text_file::{TextFile, check_numbers};
 
 /// Names that differ from a known one by this many letters are taken for mistypings of it.
 const TYPO_LETTERS_MAX: usize = 2;
+/// The parts of a link that no other element may hold, and what each contains.
+const PARTS: [(&str, &str); 2] = [("collision", "geometry"), ("inertial", "mass")];
+/// The element of a simulator's additions, which may describe bodies of its own.
+const SIMULATOR: &str = "gazebo";
 
 /// A link or joint, and the errors in the file so far.
 pub(crate) struct Element<'a, 'input> {
@@ -42,12 +46,32 @@ impl<'a, 'input> Element<'a, 'input> {
         own_children(of).for_each(|child| self.check_child(child, known));
     }
 
-    /// Refuses an element whose tag looks like a known one, and is none.
+    /// Refuses an element whose tag looks like a known one, and is none, and one that is passed
+    /// over although it holds a part of a link.
     pub(crate) fn check_child(&mut self, child: Node<'a, 'input>, known: &[&str]) {
         let tag = child.tag_name().name();
+        if !known.contains(&tag) && tag != SIMULATOR {
+            self.check_holds_no_part(child);
+        }
         if let Some(meant) = mistyped(tag, known) {
             self.input_error(child, format!("has a <{tag}>; is <{meant}> meant?"));
         }
+    }
+
+    /// Refuses an element of another program, or one in the wrong place, that holds a shape or a
+    /// mass.
+    fn check_holds_no_part(&mut self, passed_over: Node<'a, 'input>) {
+        let is_part = |node: &Node| {
+            let name = node.tag_name().name();
+            let content = PARTS.iter().find(|(part, _)| *part == name).map(|(_, content)| *content);
+            own_children(*node).any(|child| Some(child.tag_name().name()) == content)
+        };
+        let Some(part) = passed_over.descendants().find(is_part) else { return };
+        let tag = |node: Node| node.tag_name().name().to_owned();
+        let holder = part.parent_element().map(tag).unwrap_or_default();
+        let message =
+            format!("has a <{}> in a <{holder}>, where it is part of no link; move it", tag(part));
+        self.input_error(part, message);
     }
 
     /// Refuses attributes whose name looks like a known one, and is none.

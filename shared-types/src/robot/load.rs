@@ -26,6 +26,7 @@ use crate::robot::spec::RobotSpec;
 use crate::robot::tree::{TreeLink, sort_links};
 use crate::robot::turned_root::turn_root;
 use crate::robot::urdf::{Urdf, read_urdf};
+use crate::robot::urdf_joint::UrdfJoint;
 
 /// Feet turned farther out or in than this (rad) do not point ahead.
 const FORWARD_TURN_MAX: f64 = std::f64::consts::FRAC_PI_4;
@@ -269,11 +270,23 @@ fn check_additions(
     {
         let message = match joint {
             None => no_such_joint(urdf, name),
-            Some(_) if !(velocity.is_finite() && *velocity > 0.0) => "must be positive".to_owned(),
-            Some(_) => continue,
+            Some(joint) => match stated_velocity(joint) {
+                stated if velocity.is_finite() && *velocity > 0.0 && *velocity <= stated => {
+                    continue;
+                }
+                stated => {
+                    format!("is {velocity}; it must be positive and at most the URDF's {stated}")
+                }
+            },
         };
         complaints.push(location.error(format!("[velocity_limits] '{name}'"), message));
     }
+}
+
+/// A joint's velocity limit in the URDF; infinite where it states none, or 0 for an unknown one.
+fn stated_velocity(joint: &UrdfJoint) -> f64 {
+    let velocity = joint.limit.as_ref().and_then(|limit| limit.velocity);
+    velocity.filter(|velocity| *velocity > 0.0).unwrap_or(f64::INFINITY)
 }
 
 fn has_joint(urdf: &Urdf, name: &str) -> bool {

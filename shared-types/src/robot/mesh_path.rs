@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::base::text_file::folder_of;
 use crate::mesh::file_name::readings;
 use crate::robot::urdf::{Urdf, package_of};
 use crate::robot::urdf_link::Geometry;
@@ -46,8 +47,8 @@ pub(crate) fn find_mesh(urdf: &Urdf, name: &str) -> Result<PathBuf, MeshError> {
         return Err(MeshError::Missing(message));
     }
     let plain = name.strip_prefix("file://").unwrap_or(name);
-    let folder = urdf.source.path.parent().unwrap_or(Path::new(""));
-    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let folder = folder_of(&urdf.source.path);
+    let folder = std::path::absolute(&folder).unwrap_or(folder);
     let above: Vec<&Path> = folder.ancestors().take(FOLDERS_MAX).collect();
     let (bases, path) = match package_of(plain) {
         Some((package, path)) => (package_folders(urdf, &above, package), path),
@@ -69,6 +70,9 @@ fn not_found(name: &str, bases: &[PathBuf], above: &[&Path]) -> String {
             above[above.len() - 1].display(),
             package_advice(above, package)
         ),
+        None if Path::new(name.strip_prefix("file://").unwrap_or(name)).is_absolute() => {
+            format!("mesh '{name}' not found; put it there")
+        }
         _ => {
             let searched: Vec<String> =
                 bases.iter().map(|base| base.display().to_string()).collect();

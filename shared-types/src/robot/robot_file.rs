@@ -7,12 +7,13 @@ use glam::DQuat;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::base::exactly::Exactly;
 use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::spatial::rotation_from_rpy;
 use crate::base::text_file::{
-    FileLocation, TEXT_BYTES_MAX, TextFile, absolute, absolute_folder, check_numbers,
+    FileLocation, TEXT_BYTES_MAX, TextFile, absolute, absolute_folder, check_angles, check_numbers,
     check_positive, folder_of,
 };
 use crate::plan_format::blocks::{RobotBlock, UrdfAdditions};
@@ -26,7 +27,7 @@ use crate::robot::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
 struct RawRobot {
     urdf: String,
     root: Option<Spanned<String>>,
-    root_rpy: Option<Spanned<[f64; 3]>>,
+    root_rpy: Option<Spanned<Exactly<f64, 3>>>,
     #[serde(default)]
     exact_meshes: Vec<Spanned<String>>,
     #[serde(default)]
@@ -46,11 +47,11 @@ struct RawRobot {
     #[serde(default)]
     packages: BTreeMap<String, String>,
     #[serde(default)]
-    position_limits: BTreeMap<String, [f64; 2]>,
+    position_limits: BTreeMap<String, Exactly<f64, 2>>,
     #[serde(default)]
     velocity_limits: BTreeMap<String, f64>,
     #[serde(default)]
-    inertias: BTreeMap<String, [f64; 3]>,
+    inertias: BTreeMap<String, Exactly<f64, 3>>,
     #[serde(default)]
     allowed_overlaps: Vec<Spanned<RawOverlap>>,
 }
@@ -58,7 +59,7 @@ struct RawRobot {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawOverlap {
-    links: [String; 2],
+    links: Exactly<String, 2>,
     depth: f64,
 }
 
@@ -67,10 +68,10 @@ struct RawOverlap {
 struct RawFoot {
     name: String,
     link: String,
-    sole_xyz: [f64; 3],
+    sole_xyz: Exactly<f64, 3>,
     #[serde(default)]
-    sole_rpy: [f64; 3],
-    polygon: Vec<[f64; 2]>,
+    sole_rpy: Exactly<f64, 3>,
+    polygon: Vec<Exactly<f64, 2>>,
 }
 
 /// Reads a robot file.
@@ -105,9 +106,9 @@ pub(crate) fn spec_from_text(source: TextFile) -> Result<RobotSpec, InputError> 
             visual_shapes: raw.visual_shapes,
             missing_meshes: raw.missing_meshes,
             packages: raw.packages,
-            position_limits: raw.position_limits,
+            position_limits: values(raw.position_limits),
             velocity_limits: raw.velocity_limits,
-            inertias: raw.inertias,
+            inertias: values(raw.inertias),
         }
         .with_folders(|folder| joined(&folder_of(path), folder)),
         additions_location: location,
@@ -222,9 +223,15 @@ fn named_robot_file(block: &RobotBlock, base_dir: &Path) -> Result<Option<RobotS
 fn foot_from_file(foot: Spanned<RawFoot>, source: &TextFile) -> Result<FootSpec, InputError> {
     let location = source.location(foot.span().start);
     let RawFoot { name, link, sole_xyz, sole_rpy, polygon } = foot.into_inner();
-    let link_from_sole = sole_pose(sole_xyz, sole_rpy)
+    let polygon: Vec<[f64; 2]> = polygon.into_iter().map(|corner| corner.0).collect();
+    let link_from_sole = sole_pose(sole_xyz.0, sole_rpy.0)
         .map_err(|message| location.error(format!("foot '{name}'"), message))?;
     FootSpec::new(name, link, link_from_sole, &polygon, location)
+}
+
+/// A table of arrays, by their names.
+fn values<const N: usize>(raw: BTreeMap<String, Exactly<f64, N>>) -> BTreeMap<String, [f64; N]> {
+    raw.into_iter().map(|(name, value)| (name, value.0)).collect()
 }
 
 fn allowed_overlap(
@@ -232,21 +239,21 @@ fn allowed_overlap(
     source: &TextFile,
 ) -> Result<(AllowedOverlap, FileLocation), InputError> {
     let location = source.location(overlap.span().start);
-    let RawOverlap { links, depth } = overlap.into_inner();
+    let RawOverlap { links: Exactly(links), depth } = overlap.into_inner();
     check_positive("depth", &[depth])
         .map_err(|message| location.error("allowed_overlaps", message))?;
     Ok((AllowedOverlap { links, depth }, location))
 }
 
-fn root_turn(rpy: &Spanned<[f64; 3]>, source: &TextFile) -> Result<DQuat, InputError> {
-    let [roll, pitch, yaw] = *rpy.get_ref();
-    check_numbers("it", rpy.get_ref())
+fn root_turn(rpy: &Spanned<Exactly<f64, 3>>, source: &TextFile) -> Result<DQuat, InputError> {
+    let Exactly([roll, pitch, yaw]) = *rpy.get_ref();
+    check_angles("it", &[roll, pitch, yaw])
         .map_err(|message| source.location(rpy.span().start).error("root_rpy", message))?;
     Ok(rotation_from_rpy(roll, pitch, yaw))
 }
 
 fn sole_pose(xyz: [f64; 3], rpy: [f64; 3]) -> Result<Pose, String> {
-    check_numbers("sole_rpy", &rpy)?;
+    check_angles("sole_rpy", &rpy)?;
     pose_from_arrays(xyz, rotation_from_rpy(rpy[0], rpy[1], rpy[2]).to_array())
 }
 
@@ -257,6 +264,11 @@ fn left_and_right(
     let mut feet = feet;
     feet.sort_by_key(|foot| FOOT_NAMES.iter().position(|name| *name == foot.name));
     if feet.iter().map(|foot| foot.name.as_str()).eq(FOOT_NAMES) {
+        let link = &feet[0].link;
+        if feet[1].link == *link {
+            let message = format!("are both on link '{link}'; each foot has a link of its own");
+            return Err(location.error("feet", message));
+        }
         return Ok(feet);
     }
     let names: Vec<_> = feet.iter().map(|foot| foot.name.as_str()).collect();

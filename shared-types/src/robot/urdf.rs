@@ -125,6 +125,10 @@ fn check_root(source: &TextFile, root: Node) -> Result<(), InputError> {
     {
         return refuse(root, expand);
     }
+    let includes = |node: &Node| node.is_element() && node.tag_name().name() == "include";
+    if let Some(node) = root.children().find(includes) {
+        return refuse(node, "includes another file, which is not read; write its content here");
+    }
     match tag {
         "robot" => {}
         "sdf" | "gazebo" => return refuse(root, "is an SDF file, not a URDF; export a URDF"),

@@ -6,9 +6,10 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::base::digest::Digest;
+use crate::base::exactly::Exactly;
 use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
-use crate::base::text_file::{TextFile, check_numbers, check_positive};
+use crate::base::text_file::{TextFile, check_angles, check_numbers, check_positive};
 use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
@@ -34,7 +35,7 @@ struct RawScenario {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawStart {
-    xyz: [f64; 3],
+    xyz: Exactly<f64, 3>,
     #[serde(default)]
     yaw: f64,
     stance_width: Option<f64>,
@@ -43,7 +44,7 @@ struct RawStart {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawGoal {
-    xyz: [f64; 3],
+    xyz: Exactly<f64, 3>,
     #[serde(default)]
     yaw: f64,
     stance_width: Option<f64>,
@@ -126,7 +127,7 @@ fn start_stance(
     width: f64,
     source: &TextFile,
 ) -> Result<StancePose, InputError> {
-    let RawStart { xyz, yaw, stance_width } = *start.get_ref();
+    let RawStart { xyz: Exactly(xyz), yaw, stance_width } = *start.get_ref();
     stance_pose(xyz, yaw, stance_width.unwrap_or(width))
         .map_err(|message| source.location(start.span().start).error("[start]", message))
 }
@@ -136,7 +137,8 @@ fn goal_stance(
     width: f64,
     source: &TextFile,
 ) -> Result<StancePose, InputError> {
-    let RawGoal { xyz, yaw, stance_width, position_tolerance, yaw_tolerance } = *goal.get_ref();
+    let RawGoal { xyz: Exactly(xyz), yaw, stance_width, position_tolerance, yaw_tolerance } =
+        *goal.get_ref();
     let stance = || {
         let stance = stance_pose(xyz, yaw, stance_width.unwrap_or(width))?;
         check_positive("position_tolerance", &[position_tolerance])?;
@@ -174,7 +176,7 @@ fn configs(
 
 fn stance_pose(xyz: [f64; 3], yaw: f64, stance_width: f64) -> Result<StancePose, String> {
     check_numbers("xyz", &xyz)?;
-    check_numbers("yaw", &[yaw])?;
+    check_angles("yaw", &[yaw])?;
     check_positive("stance_width", &[stance_width])?;
     Ok(StancePose { position: xyz.into(), yaw, stance_width })
 }

@@ -3,8 +3,9 @@
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::base::exactly::Exactly;
 use crate::base::spatial::rotation_from_rpy;
-use crate::base::text_file::check_numbers;
+use crate::base::text_file::check_angles;
 use crate::plan_format::blocks::{PoseBlock, SceneShapeBlock, ShapeBlock};
 
 #[derive(Deserialize)]
@@ -20,9 +21,9 @@ pub(crate) struct RawWorld {
 pub(crate) struct RawShape {
     pub(crate) name: String,
     #[serde(default)]
-    xyz: [f64; 3],
-    rpy: Option<[f64; 3]>,
-    quat_xyzw: Option<[f64; 4]>,
+    xyz: Exactly<f64, 3>,
+    rpy: Option<Exactly<f64, 3>>,
+    quat_xyzw: Option<Exactly<f64, 4>>,
     r#box: Option<RawBox>,
     sphere: Option<RawSphere>,
     cylinder: Option<RawRod>,
@@ -34,7 +35,7 @@ pub(crate) struct RawShape {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawBox {
-    half_extents: [f64; 3],
+    half_extents: Exactly<f64, 3>,
 }
 
 #[derive(Deserialize)]
@@ -53,7 +54,7 @@ struct RawRod {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawConvex {
-    points: Option<Vec<[f64; 3]>>,
+    points: Option<Vec<Exactly<f64, 3>>>,
     path: Option<String>,
     scale: Option<Scale>,
 }
@@ -90,8 +91,8 @@ impl<'de> Deserialize<'de> for Scale {
                 self,
                 numbers: A,
             ) -> Result<Scale, A::Error> {
-                Deserialize::deserialize(serde::de::value::SeqAccessDeserializer::new(numbers))
-                    .map(Scale)
+                Exactly::deserialize(serde::de::value::SeqAccessDeserializer::new(numbers))
+                    .map(|Exactly(numbers)| Scale(numbers))
             }
         }
         deserializer.deserialize_any(OneOrThree)
@@ -101,15 +102,15 @@ impl<'de> Deserialize<'de> for Scale {
 impl RawShape {
     /// The same shape as a block of the plan format; the message names the problem of it.
     pub(crate) fn into_block(self) -> Result<SceneShapeBlock, String> {
-        let pose = PoseBlock { xyz: self.xyz, quat_xyzw: self.quaternion()? };
+        let pose = PoseBlock { xyz: self.xyz.0, quat_xyzw: self.quaternion()? };
         let geometries = [
-            self.r#box.map(|raw| ShapeBlock::Box { half_extents: raw.half_extents }),
+            self.r#box.map(|raw| ShapeBlock::Box { half_extents: raw.half_extents.0 }),
             self.sphere.map(|raw| ShapeBlock::Sphere { radius: raw.radius }),
             self.cylinder
                 .map(|raw| ShapeBlock::Cylinder { radius: raw.radius, length: raw.length }),
             self.capsule.map(|raw| ShapeBlock::Capsule { radius: raw.radius, length: raw.length }),
             self.convex.map(|raw| ShapeBlock::Convex {
-                points: raw.points,
+                points: raw.points.map(|of| of.into_iter().map(|point| point.0).collect()),
                 path: raw.path,
                 scale: raw.scale.map(|scale| scale.0),
             }),
@@ -129,9 +130,9 @@ impl RawShape {
     fn quaternion(&self) -> Result<[f64; 4], String> {
         match (self.rpy, self.quat_xyzw) {
             (Some(_), Some(_)) => Err("has both rpy and quat_xyzw; keep one".into()),
-            (None, Some(quaternion)) => Ok(quaternion),
-            (Some([roll, pitch, yaw]), None) => {
-                check_numbers("rpy", &[roll, pitch, yaw])?;
+            (None, Some(Exactly(quaternion))) => Ok(quaternion),
+            (Some(Exactly([roll, pitch, yaw])), None) => {
+                check_angles("rpy", &[roll, pitch, yaw])?;
                 Ok(rotation_from_rpy(roll, pitch, yaw).to_array())
             }
             (None, None) => Ok([0.0, 0.0, 0.0, 1.0]),

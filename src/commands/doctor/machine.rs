@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::commands::doctor::finding::Finding;
 use crate::system::cores;
-use crate::system::limits::{OPEN_FILES_MIN, soft_limit};
+use crate::system::limits::{FILE_KIB_MIN, OPEN_FILES_MIN, soft_limit};
 
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Free shared memory that a walk needs, with room to spare, MiB.
@@ -61,7 +61,13 @@ pub(crate) fn limits() -> Vec<Finding> {
             describe_limit(bytes.map(|bytes| bytes / 1024), " KiB")
         )),
     };
-    vec![open_files, locked]
+    let file_size = match soft_limit(libc::RLIMIT_FSIZE).map(|bytes| bytes / 1024) {
+        Some(kib) if kib < FILE_KIB_MIN => Finding::missing(format!(
+            "file size: {kib} KiB, {FILE_KIB_MIN} are needed; run 'ulimit -f unlimited'"
+        )),
+        kib => Finding::good(format!("file size: {}", describe_limit(kib, " KiB"))),
+    };
+    vec![open_files, file_size, locked]
 }
 
 fn describe_limit(limit: Option<u64>, unit: &str) -> String {
