@@ -261,3 +261,77 @@ fn distance(one: &[DVec2], other: &[DVec2]) -> f64 {
         .map(|(from, to)| from.iter().map(|p| to_sides(p, to)).fold(f64::INFINITY, f64::min));
     from_one.min(from_other)
 }
+
+#[cfg(test)]
+mod tests {
+    use surefoot_shared_types::world::world::{World, WorldShape};
+    use surefoot_shared_types::{Pose, Shape};
+
+    use super::*;
+    use crate::base::random::{Random, Stream};
+    use crate::foot_placement::{FootPlacementConfig, Scratch};
+    use crate::geometry::polygon::diameter;
+
+    const SOLE: [DVec2; 4] = [
+        DVec2::new(-0.09, -0.04),
+        DVec2::new(0.11, -0.04),
+        DVec2::new(0.11, 0.04),
+        DVec2::new(-0.09, 0.04),
+    ];
+
+    /// A row of bars or posts along x, level or nearly so, of random size and distance.
+    fn row(random: &mut Random) -> World {
+        let distance = random.uniform(0.05, 0.3);
+        let [half_length, half_width] = [0.006, 0.03].map(|most| random.uniform(0.005, most));
+        let (radius, rise) = (random.uniform(0.005, 0.03), random.uniform(-0.02, 0.02));
+        let is_round = random.uniform(0.0, 1.0) < 0.5;
+        let piece = |index: i32| {
+            let height = if index % 2 == 0 { 0.0 } else { rise };
+            let (shape, turn, depth) = if is_round {
+                let turn = glam::DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+                (Shape::Cylinder { radius, half_length: 0.3 }, turn, radius)
+            } else {
+                let half_extents = DVec3::new(half_length, half_width, 0.05);
+                (Shape::Box { half_extents }, glam::DQuat::IDENTITY, 0.05)
+            };
+            let at = DVec3::new(distance * f64::from(index), 0.0, height - depth);
+            let world_from_shape = Pose::from_parts(at, turn);
+            WorldShape { name: format!("{index}"), world_from_shape, shape }
+        };
+        World { shapes: (-2..3).map(piece).collect(), mu: 0.6, digest: Default::default() }
+    }
+
+    /// Whether a sole has support on some of the world at random poses.
+    fn has_support(surfaces: &Surfaces, random: &mut Random) -> bool {
+        let mut scratch = Scratch::new(surfaces.config());
+        (0..4_000).any(|_| {
+            let [x, y, yaw] = [0.3, 0.1, 3.0].map(|most| random.uniform(-most, most));
+            let tilt = if random.uniform(0.0, 1.0) < 0.5 { 0.0 } else { random.uniform(-0.3, 0.3) };
+            let rotation = glam::DQuat::from_rotation_y(tilt) * glam::DQuat::from_rotation_z(yaw);
+            let at = DVec3::new(x, y, -libm::tan(tilt) * x);
+            surfaces.support(&mut scratch, &SOLE, &Pose::from_parts(at, rotation)).is_ok()
+        })
+    }
+
+    #[test]
+    fn no_sole_rests_where_all_ground_is_bare() {
+        let config = FootPlacementConfig { support_area_min: 2e-3, ..Default::default() };
+        let least = LeastSupport {
+            area: config.support_area_min,
+            centroid_edge_distance: config.centroid_edge_distance_min,
+        };
+        let (mut bare, mut supported) = (0, 0);
+        for index in 0..600 {
+            let mut random = Random::new(index, Stream::FootPlacement, 0, 7);
+            let world = row(&mut random);
+            let surfaces = Surfaces::new(&world, config.clone()).unwrap();
+            let mut known = surfaces.clone();
+            find_bearing(&mut known, SoleNeeds { length: diameter(&SOLE), least });
+            let is_bare = (0..known.element_count()).all(|id| !known.may_bear(id));
+            let is_supported = has_support(&surfaces, &mut random);
+            assert!(!(is_bare && is_supported), "world {index}: {world:?}");
+            (bare, supported) = (bare + u32::from(is_bare), supported + u32::from(is_supported));
+        }
+        assert!(bare > 30 && supported > 30, "{bare} bare, {supported} with support");
+    }
+}
