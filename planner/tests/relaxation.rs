@@ -7,6 +7,9 @@ use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::relaxation::{GroundGap, Obstruction};
 use surefoot_planner::{Outcome, Planner, Status};
 
+use surefoot_shared_types::world::world::WorldShape;
+use surefoot_shared_types::{Pose, Shape};
+
 use common::{Case, run};
 
 mod common;
@@ -122,6 +125,103 @@ fn no_shipped_scenario_with_a_plan_is_called_impossible() {
     }
 }
 
+/// A walk from a floor to another 1.5 m away, with shapes between them.
+fn over_a_void(between: impl IntoIterator<Item = (glam::DVec3, Shape)>) -> Case {
+    let mut case = Case::shipped("flat_walk").configured(|planner| planner.work_max = 60_000);
+    case.world.shapes.clear();
+    case = case.with_box([0.0, 0.0, -0.25], [1.0, 0.8, 0.25]);
+    case = case.with_box([3.5, 0.0, -0.25], [1.0, 0.8, 0.25]);
+    for (index, (at, shape)) in between.into_iter().enumerate() {
+        // The axis of a cylinder lies along y.
+        let turn = glam::DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+        let is_round = matches!(shape, Shape::Cylinder { .. });
+        let rotation = if is_round { turn } else { glam::DQuat::IDENTITY };
+        case.world.shapes.push(WorldShape {
+            name: format!("piece {index}"),
+            world_from_shape: Pose::from_parts(at, rotation),
+            shape,
+        });
+    }
+    case.scenario.start.position = glam::DVec3::new(0.3, 0.0, 0.0);
+    case.scenario.goal.position = glam::DVec3::new(3.2, 0.0, 0.0);
+    case
+}
+
+/// Boxes as high as the floors over the void: of half a length and half a width (m) that begin at
+/// x = 1 m, with the first as far from the floor as the distance between two.
+fn planks(half_length: f64, half_width: f64, distance: f64) -> Case {
+    let half_extents = glam::DVec3::new(half_length, half_width, 0.05);
+    let pitch = 2.0 * half_length + distance;
+    let count = ((1.5 - distance) / pitch).round() as usize;
+    over_a_void((0..count).map(|index| {
+        let x = 1.0 + distance + half_length + pitch * index as f64;
+        (glam::DVec3::new(x, 0.0, -0.05), Shape::Box { half_extents })
+    }))
+}
+
+/// The largest extent of the robot's soles, m.
+fn sole_length(case: &Case) -> f64 {
+    let corners = case.model.feet.iter().flat_map(|foot| {
+        foot.polygon.iter().flat_map(|a| foot.polygon.iter().map(|b| a.distance(*b)))
+    });
+    corners.fold(0.0, f64::max)
+}
+
+#[test]
+fn pieces_of_ground_farther_apart_than_a_sole_is_long_carry_none() {
+    let case = planks(0.007, 0.6, 0.292);
+    let length = sole_length(&case);
+    let gap = gap(&case);
+    let bare = gap.bare.unwrap();
+    assert!((bare.sole_length - length).abs() < 1e-9 && length < 0.292, "{bare:?}");
+    assert!((bare.spacing - 0.292).abs() < 1e-4, "{bare:?}");
+    let (_, text, planner) = ending(&case);
+    assert!(text.contains("0.292 m, more than the length of a sole"), "{text}");
+    assert!(planner.stats().work < 1_000, "{} units", planner.stats().work);
+}
+
+#[test]
+fn posts_that_are_too_small_alone_carry_no_sole() {
+    let gap = gap(&planks(0.01, 0.01, 0.28));
+    assert!(gap.bare.is_some_and(|bare| bare.spacing < f64::INFINITY), "{gap:?}");
+}
+
+#[test]
+fn ground_under_a_row_of_bare_bars_does_not_hide_the_gap_if_no_step_reaches_it() {
+    let mut case = planks(0.007, 0.6, 0.292);
+    let (below, far_below) = (-0.6, -1.0);
+    case = case.with_box([1.75, 0.0, far_below - 0.25], [3.0, 0.8, 0.25]);
+    assert!(gap(&case).bare.is_some());
+    let mut planner = case.with_box([1.75, 0.0, below - 0.25], [3.0, 0.8, 0.25]).planner(1);
+    assert_eq!(shown(&mut planner), None);
+}
+
+#[test]
+fn narrow_ground_on_which_a_sole_rests_is_not_called_bare() {
+    let bars = |radius: f64, distance: f64, rise: f64| {
+        let count = (1.5 / distance) as usize;
+        over_a_void((1..count).map(|index| {
+            let z = if index % 2 == 0 { rise } else { 0.0 } - radius;
+            let at = glam::DVec3::new(1.0 + distance * index as f64, 0.0, z);
+            (at, Shape::Cylinder { radius, half_length: 0.6 })
+        }))
+    };
+    let cases = [
+        ("bars", bars(0.02, 0.1, 0.0)),
+        ("bars a sole spans", bars(0.01, 0.2, 0.0)),
+        ("bars of two heights", bars(0.02, 0.1, 0.015)),
+        ("thick bars", bars(0.15, 0.3, 0.0)),
+        ("planks", planks(0.03, 0.6, 0.1)),
+        ("wide planks", planks(0.06, 0.6, 0.25)),
+        ("a beam", planks(0.75, 0.05, 0.0)),
+        ("posts", planks(0.02, 0.02, 0.06)),
+        ("stones", planks(0.1, 0.08, 0.3)),
+    ];
+    for (name, case) in cases {
+        assert_eq!(shown(&mut case.planner(1)), None, "{name}");
+    }
+}
+
 /// A random course between two floors: boxes of random sizes, some of them high, far apart or with
 /// a wall on them.
 fn random_course(seed: u64) -> Case {
@@ -191,18 +291,14 @@ fn a_wall_across_a_corridor_is_named() {
 fn an_opening_in_a_wall_across_a_corridor_is_seen() {
     let closed = Case::shipped("no_way_wall");
     let across = closed.world.shapes.iter().position(|shape| shape.name == "wall_across").unwrap();
-    let shown =
-        |half_width: f64, half_height: f64, center_y: f64| {
-            let mut case = closed.clone();
-            let wall = &mut case.world.shapes[across];
-            wall.shape = surefoot_shared_types::Shape::Box {
-                half_extents: glam::DVec3::new(0.05, half_width, half_height),
-            };
-            wall.world_from_shape = surefoot_shared_types::Pose::from_translation(
-                glam::DVec3::new(3.0, center_y, half_height),
-            );
-            shown(&mut case.planner(1))
-        };
+    let shown = |half_width: f64, half_height: f64, center_y: f64| {
+        let mut case = closed.clone();
+        let wall = &mut case.world.shapes[across];
+        wall.shape = Shape::Box { half_extents: glam::DVec3::new(0.05, half_width, half_height) };
+        wall.world_from_shape =
+            Pose::from_translation(glam::DVec3::new(3.0, center_y, half_height));
+        shown(&mut case.planner(1))
+    };
     assert!(shown(1.0, 1.0, 0.0).is_some());
     assert_eq!(shown(0.85, 1.0, -0.15), None, "0.3 m wide, beside the wall");
     assert_eq!(shown(1.0, 0.45, 0.0), None, "above a wall of 0.9 m");

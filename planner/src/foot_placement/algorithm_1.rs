@@ -40,6 +40,9 @@ pub(crate) fn propose_sampled(proposal: &mut Proposal<'_, '_>) -> ControlFlow<()
     sample_intersection(proposal);
     let config = proposal.surfaces.config();
     for attempt in 0..config.sample_attempts_max {
+        if is_exhausted(proposal) {
+            break;
+        }
         let target = sample_target(proposal, attempt);
         let relaxed =
             f64::from(attempt) / (RELAXATION_SHARE * f64::from(config.sample_attempts_max));
@@ -61,6 +64,13 @@ pub(crate) fn propose_sampled(proposal: &mut Proposal<'_, '_>) -> ControlFlow<()
     ControlFlow::Continue(())
 }
 
+/// Whether as many placements are drawn as the query allows.
+fn is_exhausted(proposal: &Proposal<'_, '_>) -> bool {
+    let stats = &proposal.stats;
+    stats.examined[Source::Sampled as usize] + stats.out_of_reach
+        >= proposal.query.limits.sampled_max
+}
+
 /// Lines 8 to 19: placements on the triplet's plane. An obstacle's point replaces the nearest
 /// point of the triplet, so that the plane turns toward the obstacle.
 fn try_triplet(
@@ -69,9 +79,7 @@ fn try_triplet(
     requirement: SupportRequirement,
 ) -> ControlFlow<(), TripletOutcome> {
     for iteration in 0..proposal.surfaces.config().iterations_max {
-        if proposal.stats.examined[Source::Sampled as usize] + proposal.stats.out_of_reach
-            >= proposal.query.limits.sampled_max
-        {
+        if is_exhausted(proposal) {
             break;
         }
         let Some(normal) = suitable_normal(proposal.surfaces, &triplet) else {

@@ -87,9 +87,18 @@ pub struct FootPlacementConfig {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LeastSupport {
     /// Its area, m2.
-    area: f64,
+    pub area: f64,
     /// Distance of its centroid from its edge, m.
-    centroid_edge_distance: f64,
+    pub centroid_edge_distance: f64,
+}
+
+/// What a sole needs of the ground.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SoleNeeds {
+    /// Greatest distance between two points of a sole, m.
+    pub length: f64,
+    /// The least support that a search accepts.
+    pub least: LeastSupport,
 }
 
 impl LeastSupport {

@@ -32,6 +32,7 @@ pub(crate) fn propose_geometric(proposal: &mut Proposal<'_, '_>) -> ControlFlow<
         let examined = proposal.examine(pose, Source::Geometric, requirement)?;
         if examined == Examined::Rejected(NoSupport::AreaTooSmall)
             && requirement.area_min > relaxed.area_min
+            && proposal.scratch.contacts.area_max >= relaxed.area_min
         {
             proposal.scratch.candidates.deferred.push(last as u32);
         }

@@ -12,6 +12,7 @@
 //! caller's collision test (`is_free`) must reject that pose.
 
 mod algorithm_1;
+mod bearing;
 mod bounded;
 mod candidates;
 mod config;
@@ -35,8 +36,9 @@ mod surfaces;
 mod tuning;
 mod world_elements;
 
+pub(crate) use bearing::{Bearing, find_bearing};
 pub use config::FootPlacementConfig;
-pub(crate) use config::LeastSupport;
+pub(crate) use config::{LeastSupport, SoleNeeds};
 pub use nests::propose_nests;
 pub use propose::propose;
 pub use request::{PlacementQuery, PlacementStats, SampleLimits, Source, SupportedSole};

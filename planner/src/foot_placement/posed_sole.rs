@@ -57,17 +57,16 @@ impl<'a> PosedSole<'a> {
 
     /// The box in the world around the outline between two heights above the sole plane.
     pub(crate) fn region(&self, lowest: f64, highest: f64) -> Aabb {
-        let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
-        let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
+        let corners = self.outline.iter().map(|p| *self.world_from_sole * p.extend(0.0));
         let around = bvh::Aabb::of_points(corners);
-        Aabb::new(around.min, around.max)
+        let [low, high] = [lowest, highest].map(|height| height * self.normal);
+        Aabb::new(around.min + low.min(high), around.max + low.max(high))
     }
 
     /// The box in the sole frame around the outline between two heights above the sole plane.
     pub(crate) fn plate(&self, lowest: f64, highest: f64) -> bvh::Aabb {
-        bvh::Aabb::of_points(
-            self.outline.iter().flat_map(|p| [p.extend(lowest), p.extend(highest)]),
-        )
+        let around = bvh::Aabb::of_points(self.outline.iter().map(|p| p.extend(0.0)));
+        bvh::Aabb { min: around.min.with_z(lowest), max: around.max.with_z(highest) }
     }
 }
 

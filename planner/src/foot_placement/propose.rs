@@ -32,6 +32,9 @@ pub fn propose(
 fn propose_all(proposal: &mut Proposal<'_, '_>) -> ControlFlow<()> {
     gather(proposal.surfaces, proposal.scratch, proposal.query);
     proposal.stats.features = proposal.scratch.features.len() as u32;
+    if !has_bearing_ground(proposal) {
+        return ControlFlow::Continue(());
+    }
     let is_rough = is_rough(proposal);
     if is_rough {
         propose_on_rough_ground(proposal)?;
@@ -43,4 +46,11 @@ fn propose_all(proposal: &mut Proposal<'_, '_>) -> ControlFlow<()> {
     }
     propose_perturbed(proposal)?;
     propose_sampled(proposal)
+}
+
+/// Whether some ground within reach may bear a sole. Of too many features some are not known.
+fn has_bearing_ground(proposal: &Proposal<'_, '_>) -> bool {
+    let (surfaces, features) = (proposal.surfaces, &proposal.scratch.features);
+    features.len() >= surfaces.config().features_max
+        || features.iter().any(|&(_, id)| surfaces.may_bear(id))
 }

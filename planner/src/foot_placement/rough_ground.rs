@@ -69,6 +69,7 @@ pub(crate) fn propose_on_rough_ground(proposal: &mut Proposal<'_, '_>) -> Contro
         if proposal.query.is_in_reach(&pose)
             && proposal.examine(pose, Source::Geometric, requirement)?
                 == Examined::Rejected(NoSupport::AreaTooSmall)
+            && proposal.scratch.contacts.area_max >= enough.area_min
         {
             others.extend([pose]);
         }

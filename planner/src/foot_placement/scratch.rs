@@ -43,6 +43,8 @@ pub(crate) struct Contacts {
     pub has_face: bool,
     /// Whether some contact belongs to a curved surface.
     pub has_line: bool,
+    /// Upper bound of the area of their support, m2.
+    pub area_max: f64,
     /// Whether a part of a mesh that carries is inclined against the sole.
     pub is_uneven: bool,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
@@ -85,6 +87,7 @@ impl Scratch {
                 has_open_edges: false,
                 has_face: false,
                 has_line: false,
+                area_max: 0.0,
                 is_uneven: false,
                 intrusion: None,
             },

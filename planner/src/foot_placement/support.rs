@@ -320,12 +320,17 @@ impl Surfaces {
         let contacts = &mut scratch.contacts;
         // A foot beside its place finds the lines lower, and the faces where they were.
         let has_open_edges = contacts.has_open_edges || contacts.has_face && contacts.has_line;
-        let Contacts { points, hull, spare, ground, is_uneven, .. } = contacts;
+        let Contacts { points, hull, spare, ground, area_max, is_uneven, .. } = contacts;
         if ground.is_full() {
             return Err(NoSupport::TooManyElements);
         }
         convex_hull(points, hull);
         simplify(hull, POLYGON_VERTICES_MAX);
+        // Cutting off parts of it only takes from the area.
+        *area_max = area_and_centroid(hull).0;
+        if *area_max < area_min {
+            return Err(NoSupport::AreaTooSmall);
+        }
         clip_to_held(hull, spare, ground, self.config.centre_height);
         simplify(hull, POLYGON_VERTICES_MAX);
         if self.config.is_secured && has_open_edges {
@@ -333,6 +338,7 @@ impl Surfaces {
             keep_from_ground_edges(hull, spare, outline, self.edge_inset());
         }
         let (area, centroid) = area_and_centroid(hull);
+        *area_max = area;
         if area < area_min {
             return Err(NoSupport::AreaTooSmall);
         }

@@ -5,7 +5,7 @@ use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use surefoot_shared_types::world::world::World;
 
-use crate::foot_placement::config::{FootPlacementConfig, LeastSupport};
+use crate::foot_placement::config::{FootPlacementConfig, LeastSupport, SoleNeeds};
 use crate::foot_placement::elements::{CurvedSurface, Element, Face};
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::world_elements;
@@ -27,6 +27,13 @@ pub struct Surfaces {
     pub(crate) carrying_cos: f64,
     /// The cosine of the largest angle between the normals of features of one plane.
     pub(crate) coplanar_cos: f64,
+    /// What the soles need, once it is known.
+    pub(crate) needs: Option<SoleNeeds>,
+    /// For each element the sine of the greatest tilt of a sole that touches it, `None` if none
+    /// can; empty until that is known.
+    pub(crate) bearing: Vec<Option<f64>>,
+    /// Whether some ground is flat enough, and no sole can touch it.
+    pub(crate) has_bare_ground: bool,
 }
 
 impl Surfaces {
@@ -49,6 +56,9 @@ impl Surfaces {
             steepest_cos: libm::cos(steepest) - 1e-12,
             carrying_cos,
             coplanar_cos,
+            needs: None,
+            bearing: Vec::new(),
+            has_bare_ground: false,
         };
         let boxes: Vec<Aabb> =
             (0..surfaces.element_count()).map(|id| surfaces.element_box(id)).collect();
@@ -77,6 +87,7 @@ impl Surfaces {
             + size_of_val(self.vertices.as_slice())
             + size_of_val(self.curved_surfaces.as_slice())
             + self.bvh.heap_memory_size()
+            + size_of_val(self.bearing.as_slice())
     }
 
     /// The element with this number.
@@ -105,6 +116,12 @@ impl Surfaces {
                 curved.side_normal(DVec3::Z).is_some_and(|n| self.is_flat_enough(n))
             }
         }
+    }
+
+    /// Whether a sole may touch an element in some placement. Without `find_bearing` it
+    /// may touch all that is flat enough.
+    pub(crate) fn may_bear(&self, id: u32) -> bool {
+        self.bearing.get(id as usize).map_or_else(|| self.may_carry(id), Option::is_some)
     }
 
     /// The horizontal distance from a point to the outline of an element seen from above, and the

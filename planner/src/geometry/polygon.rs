@@ -207,6 +207,12 @@ pub(crate) fn area_and_centroid(polygon: &[DVec2]) -> (f64, DVec2) {
     if doubled <= 0.0 { (0.0, origin) } else { (0.5 * doubled, origin + moment / (3.0 * doubled)) }
 }
 
+/// The greatest distance between two points of a convex polygon, m.
+pub(crate) fn diameter(polygon: &[DVec2]) -> f64 {
+    let distances = polygon.iter().flat_map(|a| polygon.iter().map(|b| a.distance(*b)));
+    distances.fold(0.0, f64::max)
+}
+
 /// The distance from a point to the nearest side, negative outside.
 pub(crate) fn inner_distance(polygon: &[DVec2], point: DVec2) -> f64 {
     edges(polygon).map(|(a, b)| inward_normal(a, b).dot(point - a)).fold(f64::INFINITY, f64::min)

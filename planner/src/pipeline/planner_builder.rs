@@ -18,7 +18,8 @@ use crate::collision::model::CollisionModel;
 use crate::constraints::constraints::Constraints;
 use crate::constraints::tuning::COM_MARGIN_RESERVE;
 use crate::foot_placement::sole_support::SurfacesError;
-use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use crate::foot_placement::{FootPlacementConfig, Scratch, SoleNeeds, Surfaces, find_bearing};
+use crate::geometry::polygon::diameter;
 use crate::methods::method::{Method, MethodParameters};
 use crate::methods::method_search::MethodSearch;
 use crate::motion::roadmap::Roadmap;
@@ -268,7 +269,10 @@ impl<'a> PlannerBuilder<'a> {
         let robot = Mechanism::new(self.model, config)?;
         let collision = CollisionModel::new(self.model, self.world, config.clearance)?;
         let placement = placement_config(&robot, self.world, self.scenario);
-        let surfaces = Surfaces::new(self.world, placement.clone())?;
+        let least_margins = LeastMargins::new(config, &self.scenario.checker);
+        let mut surfaces = Surfaces::new(self.world, placement.clone())?;
+        let length = robot.soles.iter().map(|sole| diameter(&sole.polygon)).fold(0.0, f64::max);
+        find_bearing(&mut surfaces, SoleNeeds { length, least: least_margins.support });
         if !self.preparation.is_for(self.model, config) {
             return Err(PreparationError::OtherRobot.into());
         }
@@ -280,7 +284,6 @@ impl<'a> PlannerBuilder<'a> {
         let mut constraints = Constraints::new(robot, collision, config.clone());
         constraints.checked_com_margin = self.scenario.checker.com_margin;
         let (preparation, seed) = (self.preparation.clone(), self.scenario.seed);
-        let least_margins = LeastMargins::new(config, &self.scenario.checker);
         let context =
             PlanningContext { constraints, surfaces, preparation, threads, seed, least_margins };
         Ok((context, placement))
@@ -307,6 +310,7 @@ impl<'a> PlannerBuilder<'a> {
                 crouch: CrouchProfile::new(vertices_max),
                 live: LiveRoutes::new((1..config.live_routes).map(|_| route())),
                 is_relaxed: false,
+                is_ground_due: context.surfaces.has_bare_ground,
             },
             footholds: FootholdSampling {
                 order: FootholdOrder::Sweep { next: 0 },

@@ -15,7 +15,7 @@ use crate::pipeline::stage::Event;
 use crate::possibility::{MidFeetPose, RouteCondition, UpperBody, UpperBodyFit};
 use crate::preparation::planning_context::PlanningContext;
 use crate::relaxation::{
-    Obstruction, PathSearch, RelaxedEnd, RelaxedOutcome, RelaxedProblem, RelaxedWorld,
+    Extent, Obstruction, PathSearch, RelaxedEnd, RelaxedOutcome, RelaxedProblem, RelaxedWorld,
 };
 
 fn relaxed(context: &PlanningContext) -> RelaxedWorld<'_> {
@@ -101,7 +101,12 @@ impl RelaxationStage {
             Activity::Paused if !is_doubtful => self.activity = Activity::Problem,
             Activity::Idle | Activity::Paused => {
                 let ends = [START, GOAL].map(|end| relaxed_end(search, end));
-                self.problem.begin(&relaxed(context), ends, is_doubtful);
+                let extent = match (search.guide.is_ground_due, is_doubtful) {
+                    (true, _) => Extent::Elements,
+                    (false, true) => Extent::Whole,
+                    (false, false) => Extent::Usual,
+                };
+                self.problem.begin(&relaxed(context), ends, extent);
                 self.activity = Activity::Problem;
                 self.has_tried_path |= is_doubtful;
             }
@@ -123,7 +128,7 @@ impl RelaxationStage {
             }
             Some(RelaxedOutcome::Open) => {
                 self.activity = Activity::Idle;
-                search.guide.is_relaxed = true;
+                search.guide.is_relaxed |= !std::mem::take(&mut search.guide.is_ground_due);
                 Event::Done
             }
             Some(RelaxedOutcome::Obstructed(obstruction)) => {
@@ -183,7 +188,7 @@ pub(crate) fn obstruction(context: &PlanningContext, search: &Search) -> Option<
     }
     let world = relaxed(context);
     let mut problem = RelaxedProblem::new();
-    problem.begin(&world, [START, GOAL].map(|end| relaxed_end(search, end)), true);
+    problem.begin(&world, [START, GOAL].map(|end| relaxed_end(search, end)), Extent::Whole);
     loop {
         match problem.advance(&world) {
             None => {}

@@ -64,7 +64,8 @@ impl RouteStage {
 
     /// Leaves the relaxed problem out.
     pub fn skip_relaxation(&mut self, search: &mut Search) {
-        (search.guide.is_relaxed, self.is_examined) = (true, true);
+        (search.guide.is_relaxed, search.guide.is_ground_due) = (true, false);
+        self.is_examined = true;
     }
 
     /// Grows the trees of stage P, or chooses the crouch profile.
@@ -88,6 +89,9 @@ impl RouteStage {
         }
         if self.begin_direct_steps(context, search) {
             return Ok(Event::Near);
+        }
+        if search.guide.is_ground_due {
+            return Ok(Event::NoRouteYet);
         }
         let is_relaxed = search.guide.is_relaxed || search.stats.routes > 0;
         let limit = if is_relaxed { budget } else { budget.min(self.work_before_relaxation) };

@@ -56,6 +56,9 @@ pub(crate) struct GuideState {
     pub live: LiveRoutes,
     /// Whether the relaxed problem is solved, or left out.
     pub is_relaxed: bool,
+    /// Whether the relaxed problem is to show, before the first route, whether a way leads around
+    /// ground on which no sole rests.
+    pub is_ground_due: bool,
 }
 
 /// What the search may do.

@@ -35,7 +35,7 @@ pub(crate) struct LeastMargins {
     com_margin: f64,
     /// The joint efforts, relative to those of the configured margin.
     effort_factor: f64,
-    support: LeastSupport,
+    pub support: LeastSupport,
 }
 
 impl LeastMargins {

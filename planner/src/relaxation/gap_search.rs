@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use crate::foot_placement::Surfaces;
+use crate::foot_placement::{Bearing, Surfaces};
 use crate::geometry::bvh::Aabb;
 use crate::relaxation::grid::{Grid, LEVELS, levels, spread};
 use crate::relaxation::ground::nearest_ground;
-use crate::relaxation::obstruction::{GroundGap, SteepGround};
+use crate::relaxation::obstruction::{BareGround, GroundGap, SteepGround};
 use crate::relaxation::step_search::StepSearch;
 use crate::relaxation::tuning::COLUMNS_MAX;
 
@@ -14,6 +14,8 @@ use crate::relaxation::tuning::COLUMNS_MAX;
 const SAMPLES: usize = 9;
 /// Rounds in which the nearest points of both sides are sought from each other.
 const ROUNDS: usize = 3;
+/// How much higher or lower ground may be that is named as too small, m.
+const BARE_HEIGHT: f64 = 0.1;
 /// Lowest vertical component of the normal of ground that is called too steep: a wall is no ground.
 const STEEP_NORMAL_Z_MIN: f64 = 0.2;
 
@@ -85,7 +87,9 @@ impl GapSearch {
             }
         }
         let [from, to] = ends;
-        Some(GroundGap { from, to, span_max, steep: steep_between(surfaces, from, to) })
+        let steep = steep_between(surfaces, from, to);
+        let bare = bare_between(surfaces, ends, span_max);
+        Some(GroundGap { from, to, span_max, steep, bare })
     }
 
     /// Bytes reserved.
@@ -100,6 +104,27 @@ fn nearest_levels(here: u64, there: u64) -> Option<([usize; 2], u32)> {
     let to = (spread(here, rise) & there).trailing_zeros() as usize;
     let from = levels(here).min_by_key(|level| level.abs_diff(to))?;
     Some(([from, to], rise))
+}
+
+/// The ground on which no sole rests that is nearest to the first of two points, and on the way to
+/// the second or up to `aside` (m) beside it.
+fn bare_between(surfaces: &Surfaces, [from, to]: [DVec3; 2], aside: f64) -> Option<BareGround> {
+    let mut nearest: Option<(f64, BareGround)> = None;
+    let beside = DVec3::new(aside, aside, BARE_HEIGHT);
+    let between = Aabb::of_points([from, to]);
+    let region = Aabb { min: between.min - beside, max: between.max + beside };
+    surfaces.for_each_in(&region, |id| {
+        let at = surfaces.nearest_point(id, from.truncate());
+        let distance = at.distance(from);
+        let is_between = (at - from).dot(to - from) > 0.0 && (at - to).dot(from - to) > 0.0;
+        if is_between
+            && nearest.is_none_or(|(known, _)| distance < known)
+            && let Some([sole_length, spacing]) = Bearing::of(surfaces).spacing_beside(id)
+        {
+            nearest = Some((distance, BareGround { at: at.truncate(), sole_length, spacing }));
+        }
+    });
+    nearest.map(|(_, bare)| bare)
 }
 
 /// The least steep of the ground between two points that is too steep to stand on.

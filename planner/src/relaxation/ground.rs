@@ -1,4 +1,4 @@
-//! The ground of the relaxed problem: the voxels that a surface flat enough to stand on may touch.
+//! The ground of the relaxed problem: the voxels that surfaces may touch on which a sole can stand.
 
 use glam::{DVec2, DVec3};
 
@@ -14,14 +14,14 @@ pub(crate) fn bounds_of(surfaces: &Surfaces, first: u32, count: u32) -> Aabb {
     carrying.map(|id| surfaces.bounds(id)).fold(Aabb::EMPTY, Aabb::union)
 }
 
-/// Adds the voxels that an element may touch to the ground, if it may carry a sole. Returns its
+/// Adds the voxels that an element may touch to the ground, if a sole may touch it. Returns its
 /// size, as the number of small elements that cost as much.
 ///
 /// A column is touched if its rectangle comes within the element's outline; the heights there are
 /// those of the element at the point nearest to the column's centre, and as much higher or lower as
 /// the steepest ground rises between two points of a column.
 pub(crate) fn add_element(surfaces: &Surfaces, grid: &Grid, ground: &mut [u64], id: u32) -> usize {
-    if !surfaces.may_carry(id) {
+    if !surfaces.may_bear(id) {
         return 1;
     }
     let bounds = surfaces.bounds(id);
@@ -74,7 +74,7 @@ pub(crate) fn for_each_height(
 pub(crate) fn nearest_ground(surfaces: &Surfaces, region: &Aabb, from: DVec3) -> Option<DVec3> {
     let mut nearest: Option<DVec3> = None;
     surfaces.for_each_in(region, |id| {
-        if surfaces.may_carry(id) {
+        if surfaces.may_bear(id) {
             let point = surfaces.nearest_point(id, from.truncate());
             if nearest.is_none_or(|known| point.distance(from) < known.distance(from)) {
                 nearest = Some(point);

@@ -3,7 +3,8 @@
 //!
 //! Three conditions are tested on a coarse grid, and all are necessary:
 //!
-//! - *Steps.* Every sole touches ground that is flat enough, and the soles of a stance are at most
+//! - *Steps.* Every sole touches ground that is flat enough and, with all that a sole can touch
+//!   beside it, large enough. The soles of a stance are at most
 //!   [`StepLimits::reach`](crate::preparation::step_limits::StepLimits::reach) apart, since stage M
 //!   connects no others. So the ground of the goal is reached from that of the start by steps
 //!   between touched points of at most that reach and the extents of both soles.
@@ -27,6 +28,7 @@
 pub(crate) mod ball_search;
 pub(crate) mod column_queue;
 pub(crate) mod curve_search;
+pub(crate) mod element_search;
 pub(crate) mod flood;
 pub(crate) mod free_voxels;
 pub(crate) mod gap_search;
@@ -38,8 +40,10 @@ pub(crate) mod path_search;
 pub(crate) mod relaxed_problem;
 pub(crate) mod step_search;
 
-pub use obstruction::{Blockage, Enclosure, GroundGap, Obstruction, SteepGround};
+pub use obstruction::{BareGround, Blockage, Enclosure, GroundGap, Obstruction, SteepGround};
 pub(crate) use path_search::PathSearch;
-pub(crate) use relaxed_problem::{RelaxedEnd, RelaxedOutcome, RelaxedProblem, RelaxedWorld};
+pub(crate) use relaxed_problem::{
+    Extent, RelaxedEnd, RelaxedOutcome, RelaxedProblem, RelaxedWorld,
+};
 
 mod tuning;

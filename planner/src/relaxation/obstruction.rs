@@ -1,6 +1,6 @@
 //! Why there is no plan, where the relaxed problem or the world's friction shows it.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::collision::model::CollisionModel;
 
@@ -30,6 +30,20 @@ pub struct GroundGap {
     pub span_max: f64,
     /// Ground between both that is too steep to stand on.
     pub steep: Option<SteepGround>,
+    /// Ground between both on which no sole rests.
+    pub bare: Option<BareGround>,
+}
+
+/// Ground on which no sole rests: too small alone, and together with all that a sole would touch
+/// beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BareGround {
+    /// Where it is, seen from above, m.
+    pub at: DVec2,
+    /// Greatest distance between two points of a sole, m.
+    pub sole_length: f64,
+    /// Distance to the nearest ground that a sole would also touch, infinite without any, m.
+    pub spacing: f64,
 }
 
 /// Ground that is too steep to stand on.
@@ -90,6 +104,7 @@ impl GroundGap {
     fn describe(&self) -> String {
         let [width, rise] = self.size();
         let steep = self.steep.as_ref().map(SteepGround::describe).unwrap_or_default();
+        let bare = self.bare.as_ref().map(BareGround::describe).unwrap_or_default();
         let missing = self.from.distance(self.to) - self.span_max;
         let missing = match missing >= 5e-3 {
             true => format!(", {missing:.2} m less than that takes"),
@@ -98,7 +113,7 @@ impl GroundGap {
         format!(
             "from {} no step leads on to {}, the nearest ground that leads to the goal, \
              {width:.2} m away and {:.2} m {}: in the longest steps of the search the feet touch \
-             points {:.2} m apart{missing}{steep}",
+             points {:.2} m apart{missing}{steep}{bare}",
             point(self.from),
             point(self.to),
             rise.abs(),
@@ -115,6 +130,23 @@ impl SteepGround {
             self.angle.to_degrees(),
             self.limit.to_degrees()
         )
+    }
+}
+
+impl BareGround {
+    fn describe(&self) -> String {
+        let (place, length) = (place(self.at), self.sole_length);
+        let near = match self.spacing {
+            spacing if spacing > self.sole_length && spacing.is_finite() => format!(
+                "and from there to the next ground it is {spacing:.3} m, more than the length of a \
+                 sole, {length:.3} m"
+            ),
+            spacing if spacing > self.sole_length => {
+                format!("and no other is near that a sole, {length:.3} m long, would touch")
+            }
+            _ => format!("even with all that is within the length of a sole, {length:.3} m"),
+        };
+        format!("; no sole rests on the ground between, as at {place} m: it is too small, {near}")
     }
 }
 
@@ -145,7 +177,16 @@ impl Enclosure {
 }
 
 fn point(at: DVec3) -> String {
-    // A coordinate that rounds to zero has no sign.
-    let [x, y, z] = at.to_array().map(|value| if value.abs() < 5e-3 { 0.0 } else { value });
-    format!("x {x:.2}, y {y:.2}, z {z:.2} m")
+    let z = unsigned_zero(at.z);
+    format!("{}, z {z:.2} m", place(at.truncate()))
+}
+
+fn place(at: DVec2) -> String {
+    let [x, y] = at.to_array().map(unsigned_zero);
+    format!("x {x:.2}, y {y:.2}")
+}
+
+/// A coordinate that rounds to zero has no sign.
+fn unsigned_zero(value: f64) -> f64 {
+    if value.abs() < 5e-3 { 0.0 } else { value }
 }

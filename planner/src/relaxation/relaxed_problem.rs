@@ -10,6 +10,7 @@ use crate::foot_placement::Surfaces;
 use crate::geometry::bvh::Aabb;
 use crate::relaxation::ball_search::{BallSearch, Passage};
 use crate::relaxation::curve_search::{CurveSearch, RootWay};
+use crate::relaxation::element_search::{ElementSearch, StepBounds};
 use crate::relaxation::gap_search::GapSearch;
 use crate::relaxation::grid::{Disc, Grid};
 use crate::relaxation::ground::{add_element, bounds_of, for_each_height};
@@ -52,11 +53,24 @@ pub(crate) enum RelaxedOutcome {
     Obstructed(Obstruction),
 }
 
+/// How much of the problem is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Extent {
+    /// The steps between elements of the ground and, where these do not lead to the goal, the gap.
+    Elements,
+    /// All, the legs on a large grid only where a ball in the root finds no way.
+    Usual,
+    /// All.
+    Whole,
+}
+
 /// Upper bounds of what the robot can do.
 #[derive(Debug, Clone, Copy, Default)]
 struct Bounds {
     /// Greatest distance of a point of a sole from its origin, m.
     sole_radius: f64,
+    /// Greatest distance between the soles of a stance, m.
+    step_reach: f64,
     /// Greatest distance between points that the feet of a stance touch, m.
     span: f64,
     /// A ball in the root, in its frame.
@@ -72,6 +86,8 @@ struct Bounds {
 enum Part {
     /// The bounds of the ground, from an element on.
     Measure(u32, Aabb),
+    /// The elements of the ground that steps reach from an end.
+    Elements(usize),
     /// The voxels of the ground, from an element on.
     Rasterize(u32),
     /// The steps from the start.
@@ -93,6 +109,24 @@ enum Part {
     Over(RelaxedOutcome),
 }
 
+/// The ground of start and goal.
+#[derive(Debug)]
+struct Ground {
+    /// The elements that steps reach from start and goal.
+    elements: [ElementSearch; 2],
+    /// Whether those of the start do not lead to the goal.
+    is_split: bool,
+    /// The voxels of the ground of the start, and of that of the goal where both are split.
+    voxels: [Vec<u64>; 2],
+}
+
+impl Ground {
+    /// The voxels of the ground of an end, by column.
+    fn of(&self, end: usize) -> &[u64] {
+        &self.voxels[usize::from(self.is_split) * end]
+    }
+}
+
 /// The relaxed problem. All memory is reserved when it is made.
 #[derive(Debug)]
 pub(crate) struct RelaxedProblem {
@@ -101,9 +135,8 @@ pub(crate) struct RelaxedProblem {
     grid: Option<Grid>,
     /// Whether there is ground beyond the grid.
     is_clipped: bool,
-    /// Whether the legs are examined on a large grid even where the ball finds a way.
-    is_thorough: bool,
-    ground: Vec<u64>,
+    extent: Extent,
+    ground: Ground,
     disc: Disc,
     steps: [StepSearch; 2],
     gap: GapSearch,
@@ -120,8 +153,12 @@ impl RelaxedProblem {
             ends: Default::default(),
             grid: None,
             is_clipped: false,
-            is_thorough: false,
-            ground: vec![0; COLUMNS_MAX],
+            extent: Extent::Usual,
+            ground: Ground {
+                elements: [ElementSearch::new(), ElementSearch::new()],
+                is_split: false,
+                voxels: [vec![0; COLUMNS_MAX], vec![0; COLUMNS_MAX]],
+            },
             disc: Disc::new(),
             steps: [StepSearch::new(), StepSearch::new()],
             gap: GapSearch::new(),
@@ -131,11 +168,10 @@ impl RelaxedProblem {
         }
     }
 
-    /// Begins with a robot in a world, between two ends; `is_thorough` says whether the legs are
-    /// examined on a large grid even where a ball in the root finds a way.
-    pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2], is_thorough: bool) {
+    /// Begins with a robot in a world, between two ends.
+    pub fn begin(&mut self, world: &RelaxedWorld<'_>, ends: [RelaxedEnd; 2], extent: Extent) {
         (self.bounds, self.ends, self.grid) = (Bounds::of(world), ends, None);
-        self.is_thorough = is_thorough;
+        self.extent = extent;
         self.steps[0].has_arrived = false;
         self.part = Part::Measure(0, Aabb::EMPTY);
     }
@@ -146,6 +182,7 @@ impl RelaxedProblem {
             (Part::Over(verdict), _) => return Some(verdict),
             (Part::Measure(first, bounds), _) => self.measure(world, first, bounds),
             (_, None) => Part::Over(RelaxedOutcome::Open),
+            (Part::Elements(end), Some(_)) => self.search_elements(world, end),
             (Part::Rasterize(first), Some(grid)) => self.rasterize(world, &grid, first),
             (Part::StepsFromStart, Some(grid)) => self.step_from_start(&grid),
             (Part::StepsFromGoal, Some(grid)) => self.step_from_goal(&grid),
@@ -189,16 +226,47 @@ impl RelaxedProblem {
         match self.grid {
             None => Part::Over(RelaxedOutcome::Open),
             Some(grid) => {
-                self.ground[..grid.columns()].fill(0);
-                Part::Rasterize(0)
+                self.ground.voxels.iter_mut().for_each(|ground| ground[..grid.columns()].fill(0));
+                self.begin_elements(world, 0)
             }
+        }
+    }
+
+    /// Begins with the elements that steps reach from an end.
+    fn begin_elements(&mut self, world: &RelaxedWorld<'_>, end: usize) -> Part {
+        let bounds = self.bounds.steps();
+        self.ground.elements[end].begin(world.surfaces, &self.ends[end].soles, bounds);
+        Part::Elements(end)
+    }
+
+    /// Those of the goal are searched where those of the start do not lead there.
+    fn search_elements(&mut self, world: &RelaxedWorld<'_>, end: usize) -> Part {
+        let bounds = self.bounds.steps();
+        if !self.ground.elements[end].advance(world.surfaces, bounds) {
+            return Part::Elements(end);
+        }
+        let soles = [0, 1].map(|end| self.ends[end].soles.as_slice());
+        self.ground.is_split =
+            end == 1 || !self.ground.elements[0].reaches(world.surfaces, soles, bounds);
+        match (self.ground.is_split, end) {
+            (true, 0) => self.begin_elements(world, 1),
+            (false, _) if self.extent == Extent::Elements => Part::Over(RelaxedOutcome::Open),
+            _ => Part::Rasterize(0),
         }
     }
 
     fn rasterize(&mut self, world: &RelaxedWorld<'_>, grid: &Grid, first: u32) -> Part {
         let (mut next, mut spent) = (first, 0);
         while next < world.surfaces.element_count() && spent < ELEMENTS_PER_UNIT as usize {
-            spent += add_element(world.surfaces, grid, &mut self.ground, next);
+            let Ground { elements, is_split, voxels } = &mut self.ground;
+            for (ground, elements) in voxels.iter_mut().zip(elements) {
+                if elements.contains(next) {
+                    spent += add_element(world.surfaces, grid, ground, next);
+                }
+                if !*is_split {
+                    break;
+                }
+            }
             next += 1;
         }
         if next < world.surfaces.element_count() {
@@ -207,9 +275,9 @@ impl RelaxedProblem {
         if !self.disc.set(grid, self.bounds.span + TOLERANCE) {
             return Part::Over(RelaxedOutcome::Open);
         }
-        for (steps, end) in self.steps.iter_mut().zip(&self.ends) {
-            let radius = self.bounds.sole_radius + TOLERANCE;
-            steps.begin(grid, &self.ground, &end.soles, radius);
+        let radius = self.bounds.sole_radius + TOLERANCE;
+        for end in 0..2 {
+            self.steps[end].begin(grid, self.ground.of(end), &self.ends[end].soles, radius);
         }
         Part::StepsFromStart
     }
@@ -244,7 +312,7 @@ impl RelaxedProblem {
     }
 
     fn step(&mut self, grid: &Grid, end: usize) -> bool {
-        self.steps[end].advance(grid, &self.ground, &self.disc, self.bounds.span)
+        self.steps[end].advance(grid, self.ground.of(end), &self.disc, self.bounds.span)
     }
 
     fn compare(&mut self, world: &RelaxedWorld<'_>, grid: &Grid, column: usize) -> Part {
@@ -297,7 +365,9 @@ impl RelaxedProblem {
                 let blockage = Blockage { shape, at, radius, reach };
                 Part::Over(RelaxedOutcome::Obstructed(Obstruction::Blockage(blockage)))
             }
-            Some(Passage::Open) if !self.is_thorough && grid.columns() > QUICK_COLUMNS_MAX => {
+            Some(Passage::Open)
+                if self.extent != Extent::Whole && grid.columns() > QUICK_COLUMNS_MAX =>
+            {
                 Part::Over(RelaxedOutcome::Open)
             }
             Some(_) => self.begin_legs(grid),
@@ -361,7 +431,8 @@ impl RelaxedProblem {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.ground.as_slice())
+        self.ground.voxels.iter().map(|ground| size_of_val(ground.as_slice())).sum::<usize>()
+            + self.ground.elements.iter().map(ElementSearch::bytes).sum::<usize>()
             + self.disc.bytes()
             + self.steps.iter().map(StepSearch::bytes).sum::<usize>()
             + self.gap.bytes()
@@ -371,6 +442,11 @@ impl RelaxedProblem {
 }
 
 impl Bounds {
+    /// The longest steps.
+    fn steps(&self) -> StepBounds {
+        StepBounds { reach: self.step_reach, radius: self.sole_radius }
+    }
+
     /// The bounds of a robot. A leg with a prismatic joint has no bound of its reach, so there is
     /// no ball.
     fn of(world: &RelaxedWorld<'_>) -> Self {
@@ -387,6 +463,7 @@ impl Bounds {
         let center = ball.map_or(DVec3::ZERO, |ball| ball.center);
         Self {
             sole_radius: radii[0].max(radii[1]),
+            step_reach: world.step_reach,
             span: world.step_reach + radii[0] + radii[1],
             ball,
             curve: ball.and_then(|ball| {

@@ -8,6 +8,8 @@ pub(crate) const CELL_MIN: f64 = 0.06;
 pub(crate) const CELL_MAX: f64 = 0.16;
 /// Ground beyond start and goal that a grid of a part of the world contains, m.
 pub(crate) const PART_MARGIN: f64 = 5.0;
+/// Most surface elements of a world in which steps are searched from one to the other.
+pub(crate) const SEARCHED_ELEMENTS_MAX: usize = 1_024;
 /// Most voxels within a reach, seen from above.
 pub(crate) const DISC_MAX: usize = 4_096;
 /// Added to every distance that is possible, m: rounding, and contacts within the contact gap.
@@ -57,6 +59,8 @@ pub(crate) const LEG_LENGTH_MAX: f64 = 4.0;
 
 // Pieces of work of about ten microseconds.
 
+/// Pairs of elements between which steps are tried.
+pub(crate) const PAIRS_PER_UNIT: usize = 64;
 /// Surface elements that are measured or rasterized.
 pub(crate) const ELEMENTS_PER_UNIT: u32 = 64;
 /// Columns of one surface element that count as another element.
