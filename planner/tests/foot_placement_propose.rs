@@ -99,6 +99,26 @@ fn ibeams_are_crossed_with_the_sole_centred() {
 }
 
 #[test]
+fn a_sole_with_little_play_across_two_bars_stands_in_the_middle() {
+    let bar = |x: f64| {
+        let across = rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+        let pose = Pose::from_parts(DVec3::new(x, 0.0, -0.02), across);
+        (Shape::Cylinder { radius: 0.02, half_length: 0.6 }, pose)
+    };
+    // The sole is 0.22 m long: it has 1 cm of play.
+    let bars = surfaces(vec![bar(-0.105), bar(0.105)]);
+    let polygon = sole();
+    let query =
+        PlacementQuery { limits: GEOMETRY_ONLY, ..query(&polygon, turned(0.02, 0.1, 0.0, 0.0)) };
+    let straight: Vec<f64> = first(&bars, &query, 1_000)
+        .iter()
+        .filter(|p| yaw_of(p.world_from_sole.rotation).abs() < 1e-9)
+        .map(|p| (p.world_from_sole * DVec3::new(0.02, 0.0, 0.0)).x)
+        .collect();
+    assert!(!straight.is_empty() && straight.iter().all(|x| x.abs() < 1e-9), "{straight:?}");
+}
+
+#[test]
 fn geometry_alone_finds_placements_on_every_feature() {
     let beam = vec![block([2.0, 0.12, 0.02], [0.0, 0.0, 0.8])];
     let drum_pose = Pose::from_parts(

@@ -15,8 +15,8 @@ use crate::foot_placement::scratch::Scratch;
 use crate::foot_placement::sole_fit::{extent, shift_onto, shift_to_centre, shift_within};
 use crate::foot_placement::surfaces::Surfaces;
 use crate::foot_placement::tuning::{
-    EDGE_MARGINS, PAIR_SHIFTS, PAIRED_MAX, PARALLEL_COS, PARTIAL_COST, PARTIAL_SHIFT_SHARES,
-    SINGLES_MAX, SPAN_SHARES, TURN_COST, TURNS_ACROSS,
+    EDGE_MARGINS, FACE_MARGINS, LINE_WIDTH, PAIR_SHIFTS, PAIRED_MAX, PARALLEL_COS, PARTIAL_COST,
+    PARTIAL_SHIFT_SHARES, SINGLES_MAX, SPAN_SHARES, TURN_COST, TURNS_ACROSS,
 };
 
 /// The sole in a plane frame, turned by `turn` about its own origin, with a heading that the query
@@ -188,17 +188,27 @@ impl Lister<'_, '_> {
         if outer[1] - outer[0] > span_max {
             return;
         }
+        let is_line = |[from, to]: [f64; 2]| to - from < LINE_WIDTH;
+        let margins = if is_line(a) || is_line(b) { &EDGE_MARGINS[..1] } else { &FACE_MARGINS };
         for aligned in aligned_turns(across) {
             for skew in TURNS_ACROSS {
-                self.across_pair(outer, lengthwise, across, wrap_angle(aligned + skew));
+                let turn = wrap_angle(aligned + skew);
+                self.across_pair((outer, margins), lengthwise, across, turn);
             }
         }
-        self.across_pair(outer, lengthwise, across, 0.0);
+        self.across_pair((outer, margins), lengthwise, across, 0.0);
     }
 
-    /// The sole turned by `turn` (rad) across a pair: centred on its outer span, and moved into it
-    /// by the smallest shift; at several positions along the pair.
-    fn across_pair(&mut self, outer: [f64; 2], lengthwise: [f64; 2], across: DVec2, turn: f64) {
+    /// The sole turned by `turn` (rad) across a pair: centred on its outer span, and moved over it
+    /// by the smallest shift that leaves one of the margins at both ends, if there is one; at
+    /// several positions along the pair.
+    fn across_pair(
+        &mut self,
+        (outer, margins): ([f64; 2], &[f64]),
+        lengthwise: [f64; 2],
+        across: DVec2,
+        turn: f64,
+    ) {
         if self.scratch.candidates.waiting.is_full() {
             return;
         }
@@ -210,9 +220,7 @@ impl Lister<'_, '_> {
             return;
         }
         let centred = shift_to_centre(outer, reach);
-        let into_sole = [EDGE_MARGINS[0], EDGE_MARGINS[1], 0.0]
-            .iter()
-            .find_map(|&margin| shift_within(reach, outer, margin));
+        let into_sole = margins.iter().find_map(|&margin| shift_within(reach, outer, margin));
         let nearest = into_sole.map(|shift| -shift);
         let lengthwise_at = |desired: f64| {
             let moved = [length[0] + desired, length[1] + desired];

@@ -50,6 +50,13 @@ pub(crate) const SINGLES_MAX: usize = 12;
 pub(crate) const PAIRED_MAX: usize = 8;
 /// Distances that a sole keeps from a face's edges, m: the comfortable one is tried first.
 pub(crate) const EDGE_MARGINS: [f64; 2] = [0.01, 1e-3];
+/// Distances that a pair of faces keeps from the ends of a sole across them, m, in the order in
+/// which they are tried. A pair with a line, as the top of a bar, keeps the first of
+/// `EDGE_MARGINS`, or the sole stands in the middle: a foot lands some millimetres beside its
+/// place, and on a line nothing is left of the support then.
+pub(crate) const FACE_MARGINS: [f64; 3] = [EDGE_MARGINS[0], EDGE_MARGINS[1], 0.0];
+/// Width below which a feature counts as a line, m.
+pub(crate) const LINE_WIDTH: f64 = 2e-3;
 /// Shares of the shift onto a face after which a sole is tried partly on it.
 pub(crate) const PARTIAL_SHIFT_SHARES: [f64; 2] = [0.5, 0.75];
 /// Outer spans of a pair that a sole may bridge, as shares of the sole's extent across the pair.
