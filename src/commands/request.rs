@@ -213,11 +213,9 @@ fn command_outcome(
         Some(RequestState::Cancelled) => {
             Err(CommandError::Usage(format!("the request is cancelled: {reason}")))
         }
-        Some(RequestState::StartInvalid) => {
-            Err(CommandError::Usage(format!("the start stance is invalid: {reason}")))
-        }
-        Some(RequestState::GoalInvalid) => {
-            Err(CommandError::Usage(format!("the goal stance is invalid: {reason}")))
+        // The reason says which of them is invalid.
+        Some(RequestState::StartInvalid | RequestState::GoalInvalid) => {
+            Err(CommandError::Usage(reason.to_owned()))
         }
         _ => Err(CommandError::Usage(format!("the request is invalid: {reason}"))),
     }
