@@ -46,6 +46,7 @@ pub(crate) fn summary(
     lines.extend(bare_links(model));
     lines.push(format!("  trial      {}", trial.line()));
     lines.extend(strain_line(trial));
+    lines.extend(colliding_line(trial));
     lines.push(format!(
         "next: surefoot robot inspect {0} --picture robot.png; surefoot new first --robot {1}; surefoot walk first/scenario.toml",
         folder.display(),
@@ -128,6 +129,13 @@ fn bare_links(model: &RobotModel) -> Option<String> {
             names.join(", ")
         )
     })
+}
+
+fn colliding_line(trial: &Trial) -> Option<String> {
+    let (links, percent) = trial.colliding.as_ref()?;
+    Some(format!(
+        "  advice     as the robot bends its knees and shifts its weight, {links} in {percent:.0} % of its postures: few walks can be found; exact_meshes, or simpler shapes in the URDF, may part them"
+    ))
 }
 
 fn strain_line(trial: &Trial) -> Option<String> {

@@ -12,6 +12,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
+use crate::commands::robot::colliding_links;
 use crate::commands::search_loop;
 use crate::input::preparation_cache;
 use crate::report::command_error::CommandError;
@@ -37,6 +38,8 @@ pub(crate) struct Trial {
     pub(crate) steps: u64,
     /// The joint that needs the largest share of its effort on one foot, and the share in percent.
     pub(crate) strain: Option<(String, f64)>,
+    /// The links that collide most often as it shifts its weight, and how often, in percent.
+    pub(crate) colliding: Option<(String, f64)>,
 }
 
 /// Plans a metre on level ground.
@@ -50,8 +53,13 @@ pub(crate) fn run(model: &RobotModel, quiet: bool) -> Result<Trial, CommandError
     let mut planner =
         Planner::builder(model, &world, &scenario, preparation).threads(threads).build()?;
     let planned = search_loop::run(&mut planner, WORK_MAX, &mut |_| Ok(()))?;
-    let (ending, strain) = (ending(&planned), strain(model, &planner));
-    Ok(Trial { result: planned.result, ending, steps: planned.steps, strain })
+    Ok(Trial {
+        result: planned.result,
+        ending: ending(&planned),
+        steps: planned.steps,
+        strain: strain(model, &planner),
+        colliding: colliding_links::find(planner.constraints()),
+    })
 }
 
 /// How a search ended; where its bounded work did, what it rejected.

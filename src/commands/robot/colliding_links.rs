@@ -1,0 +1,87 @@
+//! Which links collide as a robot bends its knees and shifts its weight.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use surefoot_planner::constraints::constraints::Constraints;
+use surefoot_planner::robot::configuration::Configuration;
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_shared_types::Pose;
+
+/// How far the root is lowered, as shares of the legs' length.
+const LOWERED: [f64; 4] = [0.0, 0.02, 0.04, 0.06];
+/// How far it goes from the middle to a foot.
+const SHIFTS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
+/// Below this share of colliding postures walks are found as well as without.
+const SHARE_MIN: f64 = 0.4;
+
+/// The links that collide most often as the robot stands with its feet where they are, lower and
+/// to the sides, and the share of such postures in which they do, in percent; `None` where few do.
+pub(crate) fn find(constraints: &Constraints) -> Option<(String, f64)> {
+    let robot = &constraints.robot;
+    let soles = [0, 1].map(|limb| robot.legs[limb].root_from_sole(&robot.standing_q));
+    let [left, right] = soles.map(|sole| sole.translation);
+    let (aside, middle) = (0.5 * (left - right), 0.5 * (left + right));
+    let mut count = 0.0;
+    let mut hits: BTreeMap<String, f64> = BTreeMap::new();
+    for (lowered, shift) in LOWERED.into_iter().flat_map(|z| SHIFTS.map(|shift| (z, shift))) {
+        let away = DVec3::new(shift * aside.x, shift * aside.y, lowered * middle.z);
+        let mut configuration =
+            Configuration { world_from_root: Pose::from_translation(away), q: robot.standing_q };
+        if !robot.place_soles(&mut configuration, &soles) {
+            continue;
+        }
+        count += 1.0;
+        let state = KinematicState::new(robot, &configuration);
+        if let Some(hit) = constraints.collision.self_hit(&state) {
+            *hits.entry(constraints.collision.describe(hit)).or_default() += 1.0;
+        }
+    }
+    let (links, most) = hits.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (most >= SHARE_MIN * count).then(|| (links, 100.0 * most / count))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use surefoot_planner::collision::model::CollisionModel;
+    use surefoot_planner::robot::mechanism::Mechanism;
+    use surefoot_shared_types::Shape;
+    use surefoot_shared_types::config::PlannerConfig;
+    use surefoot_shared_types::robot::load::load_robot;
+    use surefoot_shared_types::robot::model::{LinkShape, RobotModel};
+
+    use super::*;
+    use crate::commands::robot::trial::level_ground;
+
+    fn found(model: &RobotModel) -> Option<(String, f64)> {
+        let config = PlannerConfig::default();
+        let robot = Mechanism::new(model, &config).unwrap();
+        let collision = CollisionModel::new(model, &level_ground(), config.clearance).unwrap();
+        find(&Constraints::new(robot, collision, config))
+    }
+
+    #[test]
+    fn a_shin_that_meets_its_foot_as_the_knee_bends_is_named() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/robots/hubo/robot.toml");
+        let mut model = load_robot(&file).unwrap();
+        assert_eq!(found(&model), None);
+        // A ball on the shin, which clears the toes by 3 mm as the robot stands.
+        let robot = Mechanism::new(&model, &PlannerConfig::default()).unwrap();
+        let standing = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
+        let state = KinematicState::new(&robot, &standing);
+        let link = |name: &str| model.links.iter().position(|link| link.name == name).unwrap();
+        let shin = link("right_shin");
+        let [root_from_shin, root_from_foot] =
+            [shin, link("right_foot")].map(|link| state.world_from_link(&robot, link));
+        // The top of the foot's box is 0.08 m below the ankle.
+        let at = root_from_shin.inverse() * (root_from_foot * DVec3::new(0.1, 0.0, -0.057));
+        let ball = Shape::Sphere { radius: 0.02 };
+        let link_from_shape = Pose::from_translation(at);
+        model.links[shin].shapes.push(LinkShape { link_from_shape, shape: ball });
+        let (links, percent) = found(&model).unwrap();
+        assert_eq!(links, "link 'right_shin' collides with link 'right_foot'");
+        assert!((50.0..100.0).contains(&percent), "{percent} %");
+    }
+}
