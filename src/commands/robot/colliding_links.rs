@@ -69,8 +69,8 @@ mod tests {
         assert_eq!(found(&model), None);
         // A ball on the shin, which clears the toes by 3 mm as the robot stands.
         let robot = Mechanism::new(&model, &PlannerConfig::default()).unwrap();
-        let standing = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
-        let state = KinematicState::new(&robot, &standing);
+        let at_rest = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
+        let state = KinematicState::new(&robot, &at_rest);
         let link = |name: &str| model.links.iter().position(|link| link.name == name).unwrap();
         let shin = link("right_shin");
         let [root_from_shin, root_from_foot] =
