@@ -1,9 +1,10 @@
 //! Forward kinematics of all links, fixed ones included, and their centre of mass.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::rotation_about;
+use surefoot_shared_types::base::spatial::{rotation_about, scaled_axis_from_rotation};
 use surefoot_shared_types::robot::model::{JointKind, RobotModel};
+use surefoot_shared_types::world::world::GRAVITY;
 
 /// The robot's links, compiled for forward kinematics. The search uses
 /// [`KinematicTree`](crate::kinematics::tree::KinematicTree), which is faster.
@@ -20,6 +21,8 @@ struct LinkNode {
     motion: LinkMotion,
     mass: f64,
     com: DVec3,
+    /// About the centre of mass, along the link's axes, kg m2.
+    inertia: DMat3,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -44,9 +47,25 @@ impl Kinematics {
                     JointKind::Prismatic => LinkMotion::Translation { joint, axis },
                 }
             });
-            LinkNode { parent, parent_from_joint, motion, mass: link.mass, com: link.com }
+            let (mass, com, inertia) = (link.mass, link.com, link.inertia);
+            LinkNode { parent, parent_from_joint, motion, mass, com, inertia }
         });
         Self { links: links.collect(), mass: model.mass() }
+    }
+
+    /// How far a motion from some poses of the links to others moves the zero-moment point on the
+    /// ground at the height `ground` (m), by unit of the second derivative of its progress from 0
+    /// to 1, m s2.
+    pub fn zero_moment_shift(&self, [from, to]: [&[Pose]; 2], ground: f64) -> f64 {
+        let center = 0.5 * (self.center_of_mass(from) + self.center_of_mass(to));
+        let origin = DVec3::new(center.x, center.y, ground);
+        let moments = self.links.iter().zip(from.iter().zip(to)).map(|(link, (from, to))| {
+            let [begin, end] = [*from * link.com, *to * link.com];
+            let turn = scaled_axis_from_rotation(to.rotation * from.rotation.conjugate());
+            let about_link = from.rotation * (link.inertia * (from.rotation.conjugate() * turn));
+            link.mass * (0.5 * (begin + end) - origin).cross(end - begin) + about_link
+        });
+        moments.sum::<DVec3>().truncate().length() / (self.mass * GRAVITY)
     }
 
     /// Number of links.

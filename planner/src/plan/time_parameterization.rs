@@ -115,13 +115,23 @@ impl TimeParameterization {
         }
     }
 
-    /// Does the same for a motion along polynomials of degree 5 that rests at every waypoint.
+    /// Does the same for a motion along polynomials of degree 5 that rests at every waypoint. There
+    /// legs that swing move the zero-moment point, too.
     pub fn set_intervals_between_rests(&self, waypoints: &mut [Waypoint], ground: &Ground) {
         let (displacements, shortest) = self.displacements_between(waypoints, ground);
-        let times = displacements.iter().map(rest_to_rest).zip(shortest);
-        let times = times.map(|(time, shortest)| POLYNOMIAL_SLOWDOWN * time.max(shortest));
-        for (waypoint, interval) in waypoints.iter_mut().skip(1).zip(times) {
-            waypoint.time = interval;
+        let shift_max = self.shift_max(&self.centres_of_mass(waypoints), ground);
+        let mut links = [[Pose::IDENTITY; LINKS_MAX]; 2];
+        for index in 1..waypoints.len() {
+            let pair = [&waypoints[index - 1], &waypoints[index]];
+            for (waypoint, links) in pair.into_iter().zip(&mut links) {
+                self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, links);
+            }
+            let [from, to] = &links;
+            let shift = self.kinematics.zero_moment_shift([from, to], ground.height);
+            let time = rest_to_rest(&displacements[index - 1])
+                .max(libm::sqrt(2.0 * shift / shift_max))
+                .max(shortest[index - 1]);
+            waypoints[index].time = POLYNOMIAL_SLOWDOWN * time;
         }
     }
 
@@ -145,8 +155,7 @@ impl TimeParameterization {
         let mut displacements = [Displacements::NONE; INTERVALS_MAX];
         let mut shortest = [0.0; INTERVALS_MAX];
         let centres = self.centres_of_mass(waypoints);
-        let margins = centres.iter().map(|centre| ground.region.margin(centre.truncate()));
-        let shift_max = CENTRE_SHIFT_SHARE * self.balance.of(margins.fold(f64::INFINITY, f64::min));
+        let shift_max = self.shift_max(&centres, ground);
         for (index, pair) in waypoints.windows(2).enumerate() {
             let centres = [centres[index], centres[index + 1]];
             let height = (centres[0].z.max(centres[1].z) - ground.height).max(0.0);
@@ -158,6 +167,12 @@ impl TimeParameterization {
             shortest[index] = self.shortest(pair);
         }
         (displacements, shortest)
+    }
+
+    /// How far a motion through these centres of mass may move the zero-moment point, m.
+    fn shift_max(&self, centres: &[DVec3], ground: &Ground) -> f64 {
+        let margins = centres.iter().map(|centre| ground.region.margin(centre.truncate()));
+        CENTRE_SHIFT_SHARE * self.balance.of(margins.fold(f64::INFINITY, f64::min))
     }
 
     /// The time from each waypoint to the next, s.
@@ -263,6 +278,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::convex_region::ConvexRegion;
+    use crate::robot::inverse_dynamics::{InverseDynamics, LinkFrames, VELOCITY_MAX};
 
     const LIMIT: f64 = 5.0;
 
@@ -410,6 +426,42 @@ mod tests {
         let slower = acceleration_of_a_corner(&slick);
         assert!(slower <= friction_acceleration * (1.0 + 1e-9), "{slower}");
         assert!(slower > 0.1 * acceleration, "{slower} {acceleration}");
+    }
+
+    /// The zero-moment point on the ground at `ground` (m), for a root at the origin that does not
+    /// move and these accelerations of the joints, m.
+    fn zero_moment_point(q: &[f64; JOINTS_MAX], a: &[f64; VELOCITY_MAX], ground: f64) -> DVec2 {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../configs/robots/hubo/robot.toml");
+        let dynamics = InverseDynamics::new(&load_robot(Path::new(path)).unwrap());
+        let mut frames = LinkFrames::default();
+        dynamics.place(&Pose::IDENTITY, q, &mut frames);
+        let load = dynamics.effort(&frames, &[0.0; VELOCITY_MAX], a, GRAVITY);
+        let moment = load.moment + DVec3::new(0.0, 0.0, -ground).cross(load.force);
+        DVec2::new(-moment.y, moment.x) / load.force.z
+    }
+
+    #[test]
+    fn a_leg_that_swings_moves_the_zero_moment_point_as_far_as_allowed() {
+        const HIP_ROLL: usize = 2;
+        let (shift, ground, way) = (0.01, -0.8, 0.02);
+        let balance = BalanceReserve { checked_margin: 0.0, most: shift / CENTRE_SHIFT_SHARE };
+        let accelerations = [f64::INFINITY; JOINTS_MAX];
+        let timing = TimeParameterization { balance, accelerations, ..timing() };
+        let mut waypoints = vec![Waypoint::zeroed(); 2];
+        waypoints[1].q[HIP_ROLL] = way;
+        waypoints.iter_mut().for_each(|waypoint| waypoint.root_rotation = [0.0, 0.0, 0.0, 1.0]);
+        timing.set_intervals_between_rests(
+            &mut waypoints,
+            &Ground { height: ground, region: wide() },
+        );
+        // The largest acceleration of a polynomial of degree 5 from rest to rest.
+        let largest = 10.0 / 3f64.sqrt() * way / waypoints[1].time.powi(2);
+        let mut a = [0.0; VELOCITY_MAX];
+        a[6 + HIP_ROLL] = largest;
+        let q = waypoints[0].q;
+        let at_rest = zero_moment_point(&q, &[0.0; VELOCITY_MAX], ground);
+        let moved = at_rest.distance(zero_moment_point(&q, &a, ground));
+        assert!(moved > 0.8 * shift && moved < 1.01 * shift, "{moved} m");
     }
 
     #[test]
