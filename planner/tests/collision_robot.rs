@@ -109,8 +109,8 @@ fn the_foot_phase_decides_the_clearance_to_the_floor() {
     );
     assert!(
         !hits(0.0, FootPhase::LiftOff)
-            && !hits(-0.0004, FootPhase::LiftOff)
-            && hits(-0.0006, FootPhase::LiftOff)
+            && !hits(-0.0002, FootPhase::LiftOff)
+            && hits(-0.0004, FootPhase::LiftOff)
     );
     assert!(hits(0.0014, FootPhase::Rising) && !hits(0.0016, FootPhase::Rising));
     assert!(

@@ -22,7 +22,7 @@ use crate::primitives::Gait;
 /// The first bytes of every preparation.
 const MAGIC: [u8; 8] = *b"surefoot";
 /// Changes with the format and with the contents of a preparation.
-const VERSION: u32 = 12;
+const VERSION: u32 = 13;
 /// Bytes of a word.
 const WORD: usize = 8;
 
