@@ -7,6 +7,7 @@ use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::relaxation::{GroundGap, Obstruction};
 use surefoot_planner::{Outcome, Planner, Status};
 
+use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::world::world::WorldShape;
 use surefoot_shared_types::{Pose, Shape};
 
@@ -133,7 +134,7 @@ fn over_a_void(between: impl IntoIterator<Item = (glam::DVec3, Shape)>) -> Case 
     case = case.with_box([3.5, 0.0, -0.25], [1.0, 0.8, 0.25]);
     for (index, (at, shape)) in between.into_iter().enumerate() {
         // The axis of a cylinder lies along y.
-        let turn = glam::DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+        let turn = rotation_about(glam::DVec3::X, std::f64::consts::FRAC_PI_2);
         let is_round = matches!(shape, Shape::Cylinder { .. });
         let rotation = if is_round { turn } else { glam::DQuat::IDENTITY };
         case.world.shapes.push(WorldShape {

@@ -1,7 +1,7 @@
 //! Signals that ask the process to end.
 //!
-//! Such a signal ends the process at once, with one line that names its activity, unless a
-//! [`Deferral`] exists. Then it is recorded here and checked between two pieces of work. A signal
+//! Such a signal ends the process at once, with one line that names its activity, unless it is
+//! deferred ([`defer`]). Then it is recorded here and checked between two pieces of work. A signal
 //! that the parent process ignores stays ignored, as under `nohup`.
 
 use std::io::IsTerminal;
@@ -83,39 +83,34 @@ fn set_action(signal: c_int, handler: libc::sighandler_t, flags: c_int) {
     unsafe { libc::sigaction(signal, &raw const action, std::ptr::null_mut()) };
 }
 
-/// While it exists, signals are recorded and do not end the process.
+/// Counts in one of the counters while it exists.
 #[derive(Debug)]
 #[must_use]
-pub struct Deferral(());
+pub struct Counted(&'static AtomicUsize);
 
-/// Records signals until the result is dropped. The holder checks [`raised`].
-pub fn defer() -> Deferral {
-    DEFERRALS.fetch_add(1, Ordering::SeqCst);
-    Deferral(())
-}
-
-impl Drop for Deferral {
-    fn drop(&mut self) {
-        DEFERRALS.fetch_sub(1, Ordering::SeqCst);
+impl Counted {
+    fn new(counter: &'static AtomicUsize) -> Self {
+        counter.fetch_add(1, Ordering::SeqCst);
+        Self(counter)
     }
 }
 
-/// While it exists, a signal ends the process although a [`Deferral`] exists: it waits for another
-/// program, which may never come.
-#[derive(Debug)]
-#[must_use]
-pub struct Exposure(());
-
-/// Lets signals end the process until the result is dropped.
-pub fn expose() -> Exposure {
-    EXPOSURES.fetch_add(1, Ordering::SeqCst);
-    Exposure(())
+impl Drop for Counted {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
 }
 
-impl Drop for Exposure {
-    fn drop(&mut self) {
-        EXPOSURES.fetch_sub(1, Ordering::SeqCst);
-    }
+/// Records signals, which do not end the process, until the result is dropped. The holder checks
+/// [`raised`].
+pub fn defer() -> Counted {
+    Counted::new(&DEFERRALS)
+}
+
+/// Lets signals end the process until the result is dropped, although they are deferred: the
+/// process waits for another program, which may never come.
+pub fn expose() -> Counted {
+    Counted::new(&EXPOSURES)
 }
 
 /// The signal that asked this process to end, if one did.

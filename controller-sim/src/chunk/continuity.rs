@@ -2,6 +2,7 @@
 
 use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::message::{Contact, SupportMode};
+use surefoot_shared_types::robot::model::FOOT_NAMES;
 
 use crate::base::comparison::is_at_most;
 
@@ -53,7 +54,7 @@ pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
             if !is_at_most(moved, KEPT_POSE_MAX) {
                 return Err(format!(
                     "the {} foot is declared {:.6} mm from where it stood before",
-                    ["left", "right"].get(old.limb as usize).copied().unwrap_or("unknown"),
+                    FOOT_NAMES.get(old.limb as usize).copied().unwrap_or("unknown"),
                     1e3 * moved
                 ));
             }

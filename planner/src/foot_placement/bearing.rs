@@ -16,8 +16,7 @@ use crate::foot_placement::elements::{Element, Face, FaceKind};
 use crate::foot_placement::surfaces::Surfaces;
 use crate::geometry::bvh::Aabb;
 use crate::geometry::polygon::{
-    FACE_VERTICES_MAX, area_and_centroid, closest_on_segment, convex_hull, edges, inner_distance,
-    width,
+    FACE_VERTICES_MAX, area_and_centroid, convex_hull, distance_to, edges, width,
 };
 
 /// Most elements near another that are examined. One with more is taken to bear soles.
@@ -44,15 +43,18 @@ pub(crate) fn find_bearing(surfaces: &mut Surfaces, needs: SoleNeeds) {
     surfaces.needs = Some(needs);
     let ids = 0..surfaces.element_count();
     let bearing = Bearing::of(surfaces);
-    surfaces.bearing = ids.clone().map(|id| bearing.bears(id, &needs)).collect();
-    let bearing = Bearing::of(surfaces);
-    surfaces.has_bare_ground = ids.into_iter().any(|id| bearing.is_bare(id));
+    surfaces.bearing = ids.map(|id| bearing.bears(id, &needs)).collect();
 }
 
 impl<'a> Bearing<'a> {
     /// The elements of a world.
     pub fn of(surfaces: &'a Surfaces) -> Self {
         Self { surfaces }
+    }
+
+    /// Whether some ground is flat enough, and no sole can touch it.
+    pub fn has_bare_ground(&self) -> bool {
+        (0..self.surfaces.element_count()).any(|id| self.is_bare(id))
     }
 
     /// Whether an element is flat enough, and no sole can touch it. The sides of a cylinder belong
@@ -241,29 +243,20 @@ impl<'a> Bearing<'a> {
 
 /// The distance between two convex polygons, lines or points, m.
 fn distance(one: &[DVec2], other: &[DVec2]) -> f64 {
-    let is_inside =
-        |polygon: &[DVec2], p: &DVec2| polygon.len() > 2 && inner_distance(polygon, *p) >= 0.0;
     let crosses = |(a, b): (DVec2, DVec2), (c, d): (DVec2, DVec2)| {
         let side = |from: DVec2, to: DVec2, p: DVec2| (to - from).perp_dot(p - from);
         side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
     };
-    if one.iter().any(|p| is_inside(other, p))
-        || other.iter().any(|p| is_inside(one, p))
-        || edges(one).any(|side| edges(other).any(|across| crosses(side, across)))
-    {
+    if edges(one).any(|side| edges(other).any(|across| crosses(side, across))) {
         return 0.0;
     }
-    let to_sides = |p: &DVec2, polygon: &[DVec2]| {
-        let near = edges(polygon).map(|(a, b)| closest_on_segment(a, b, *p).distance(*p));
-        near.fold(f64::INFINITY, f64::min)
-    };
-    let [from_one, from_other] = [(one, other), (other, one)]
-        .map(|(from, to)| from.iter().map(|p| to_sides(p, to)).fold(f64::INFINITY, f64::min));
-    from_one.min(from_other)
+    let to_other = one.iter().map(|p| distance_to(other, *p));
+    to_other.chain(other.iter().map(|p| distance_to(one, *p))).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
 mod tests {
+    use surefoot_shared_types::base::spatial::rotation_about;
     use surefoot_shared_types::world::world::{World, WorldShape};
     use surefoot_shared_types::{Pose, Shape};
 
@@ -288,7 +281,7 @@ mod tests {
         let piece = |index: i32| {
             let height = if index % 2 == 0 { 0.0 } else { rise };
             let (shape, turn, depth) = if is_round {
-                let turn = glam::DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2);
+                let turn = rotation_about(DVec3::X, std::f64::consts::FRAC_PI_2);
                 (Shape::Cylinder { radius, half_length: 0.3 }, turn, radius)
             } else {
                 let half_extents = DVec3::new(half_length, half_width, 0.05);
@@ -307,7 +300,7 @@ mod tests {
         (0..4_000).any(|_| {
             let [x, y, yaw] = [0.3, 0.1, 3.0].map(|most| random.uniform(-most, most));
             let tilt = if random.uniform(0.0, 1.0) < 0.5 { 0.0 } else { random.uniform(-0.3, 0.3) };
-            let rotation = glam::DQuat::from_rotation_y(tilt) * glam::DQuat::from_rotation_z(yaw);
+            let rotation = rotation_about(DVec3::Y, tilt) * rotation_about(DVec3::Z, yaw);
             let at = DVec3::new(x, y, -libm::tan(tilt) * x);
             surfaces.support(&mut scratch, &SOLE, &Pose::from_parts(at, rotation)).is_ok()
         })

@@ -32,8 +32,6 @@ pub struct Surfaces {
     /// For each element the sine of the greatest tilt of a sole that touches it, `None` if none
     /// can; empty until that is known.
     pub(crate) bearing: Vec<Option<f64>>,
-    /// Whether some ground is flat enough, and no sole can touch it.
-    pub(crate) has_bare_ground: bool,
 }
 
 impl Surfaces {
@@ -58,7 +56,6 @@ impl Surfaces {
             coplanar_cos,
             needs: None,
             bearing: Vec::new(),
-            has_bare_ground: false,
         };
         let boxes: Vec<Aabb> =
             (0..surfaces.element_count()).map(|id| surfaces.element_box(id)).collect();

@@ -218,9 +218,9 @@ pub(crate) fn inner_distance(polygon: &[DVec2], point: DVec2) -> f64 {
     edges(polygon).map(|(a, b)| inward_normal(a, b).dot(point - a)).fold(f64::INFINITY, f64::min)
 }
 
-/// The distance from a point to a convex polygon, 0 inside.
+/// The distance from a point to a convex polygon, 0 inside; two corners are a line, one a point.
 pub(crate) fn distance_to(polygon: &[DVec2], point: DVec2) -> f64 {
-    if inner_distance(polygon, point) >= 0.0 {
+    if polygon.len() > 2 && inner_distance(polygon, point) >= 0.0 {
         return 0.0;
     }
     edges(polygon)

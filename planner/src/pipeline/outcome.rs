@@ -1,5 +1,7 @@
 //! How a search ends.
 
+use surefoot_shared_types::robot::model::FOOT_NAMES;
+
 use crate::base::capacity::ArenaFull;
 use crate::collision::model::Hit;
 use crate::constraints::rejection::Rejection;
@@ -125,7 +127,7 @@ impl Outcome {
 
 impl EndpointError {
     fn describe(&self) -> String {
-        let foot = |limb: &usize| ["left", "right"][*limb];
+        let foot = |limb: &usize| FOOT_NAMES[*limb];
         match self {
             Self::Unsupported { limb, reason } => {
                 format!("the {} sole is not supported there: {}", foot(limb), reason.describe())

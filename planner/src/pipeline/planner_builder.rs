@@ -18,7 +18,9 @@ use crate::collision::model::CollisionModel;
 use crate::constraints::constraints::Constraints;
 use crate::constraints::tuning::COM_MARGIN_RESERVE;
 use crate::foot_placement::sole_support::SurfacesError;
-use crate::foot_placement::{FootPlacementConfig, Scratch, SoleNeeds, Surfaces, find_bearing};
+use crate::foot_placement::{
+    Bearing, FootPlacementConfig, Scratch, SoleNeeds, Surfaces, find_bearing,
+};
 use crate::geometry::polygon::diameter;
 use crate::methods::method::{Method, MethodParameters};
 use crate::methods::method_search::MethodSearch;
@@ -310,7 +312,7 @@ impl<'a> PlannerBuilder<'a> {
                 crouch: CrouchProfile::new(vertices_max),
                 live: LiveRoutes::new((1..config.live_routes).map(|_| route())),
                 is_relaxed: false,
-                is_ground_due: context.surfaces.has_bare_ground,
+                is_ground_due: Bearing::of(&context.surfaces).has_bare_ground(),
             },
             footholds: FootholdSampling {
                 order: FootholdOrder::Sweep { next: 0 },

@@ -118,20 +118,21 @@ impl TimeParameterization {
     /// Does the same for a motion along polynomials of degree 5 that rests at every waypoint. There
     /// legs that swing move the zero-moment point, too.
     pub fn set_intervals_between_rests(&self, waypoints: &mut [Waypoint], ground: &Ground) {
-        let (displacements, shortest) = self.displacements_between(waypoints, ground);
-        let shift_max = self.shift_max(&self.centres_of_mass(waypoints), ground);
-        let mut links = [[Pose::IDENTITY; LINKS_MAX]; 2];
-        for index in 1..waypoints.len() {
-            let pair = [&waypoints[index - 1], &waypoints[index]];
-            for (waypoint, links) in pair.into_iter().zip(&mut links) {
-                self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, links);
+        let centres = self.centres_of_mass(waypoints);
+        let shift_max = self.shift_max(&centres, ground);
+        let (displacements, shortest) =
+            self.displacements_between(waypoints, (&centres, shift_max), ground.height);
+        let [mut from, mut to] = [[Pose::IDENTITY; LINKS_MAX]; 2];
+        for (index, waypoint) in waypoints.iter_mut().enumerate() {
+            self.kinematics.forward(&waypoint.world_from_root(), &waypoint.q, &mut to);
+            if let Some(before) = index.checked_sub(1) {
+                let shift = self.kinematics.zero_moment_shift([&from, &to], ground.height);
+                let time = rest_to_rest(&displacements[before])
+                    .max(libm::sqrt(2.0 * shift / shift_max))
+                    .max(shortest[before]);
+                waypoint.time = POLYNOMIAL_SLOWDOWN * time;
             }
-            let [from, to] = &links;
-            let shift = self.kinematics.zero_moment_shift([from, to], ground.height);
-            let time = rest_to_rest(&displacements[index - 1])
-                .max(libm::sqrt(2.0 * shift / shift_max))
-                .max(shortest[index - 1]);
-            waypoints[index].time = POLYNOMIAL_SLOWDOWN * time;
+            std::mem::swap(&mut from, &mut to);
         }
     }
 
@@ -146,19 +147,19 @@ impl TimeParameterization {
     }
 
     /// The displacements from each waypoint to the next, and the shortest times (s) within the
-    /// limits of speed.
+    /// limits of speed. `centres` are the centres of mass, which may move the zero-moment point by
+    /// `shift_max` (m), and `ground` is the height of the ground, m.
     fn displacements_between(
         &self,
         waypoints: &[Waypoint],
-        ground: &Ground,
+        (centres, shift_max): (&[DVec3], f64),
+        ground: f64,
     ) -> ([Displacements; INTERVALS_MAX], [f64; INTERVALS_MAX]) {
         let mut displacements = [Displacements::NONE; INTERVALS_MAX];
         let mut shortest = [0.0; INTERVALS_MAX];
-        let centres = self.centres_of_mass(waypoints);
-        let shift_max = self.shift_max(&centres, ground);
         for (index, pair) in waypoints.windows(2).enumerate() {
             let centres = [centres[index], centres[index + 1]];
-            let height = (centres[0].z.max(centres[1].z) - ground.height).max(0.0);
+            let height = (centres[0].z.max(centres[1].z) - ground).max(0.0);
             let acceleration = (GRAVITY * shift_max / height).min(self.friction_acceleration);
             displacements[index] = Displacements {
                 joints: self.displacements(pair),
@@ -177,7 +178,10 @@ impl TimeParameterization {
 
     /// The time from each waypoint to the next, s.
     fn intervals(&self, waypoints: &[Waypoint], ground: &Ground) -> [f64; INTERVALS_MAX] {
-        let (displacements, shortest) = self.displacements_between(waypoints, ground);
+        let centres = self.centres_of_mass(waypoints);
+        let shift_max = self.shift_max(&centres, ground);
+        let (displacements, shortest) =
+            self.displacements_between(waypoints, (&centres, shift_max), ground.height);
         let mut times =
             std::array::from_fn(|index| shortest[index].max(rest_to_rest(&displacements[index])));
         let count = waypoints.len().saturating_sub(1);

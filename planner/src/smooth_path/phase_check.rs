@@ -80,12 +80,13 @@ impl PhaseCheck {
         let feet = |at: usize, state: usize| {
             feet(source, track, &points.grid, (&mode, &points.kinematic_states[state]), at)
         };
-        constraints.check(&mode, &points.kinematic_states[here], feet(index, here))?;
+        let feet_here = feet(index, here);
+        constraints.check(&mode, &points.kinematic_states[here], feet_here)?;
         if index == BEYOND {
             return Ok(());
         }
         // The foot keeps as much clearance below its sole as at the end where it keeps less.
-        let between = feet(index, here).min(feet(index - 1, before));
+        let between = feet_here.min(feet(index - 1, before));
         let bound = constraints
             .collision
             .motion_bound(&points.kinematic_states[before], &points.kinematic_states[here]);

@@ -7,7 +7,7 @@ use crate::message::chunk::ROOT_FREEDOMS;
 use crate::plan_format::blocks::{
     EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, WaypointBlock,
 };
-use crate::robot::spec::FOOT_NAMES;
+use crate::robot::model::FOOT_NAMES;
 use crate::world::shape_block::{pose_from_arrays, pose_from_block};
 
 /// An element of the file and its error.

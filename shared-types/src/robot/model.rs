@@ -158,6 +158,9 @@ pub struct LockedJoint {
     pub parent_from_joint: Pose,
 }
 
+/// The names of a biped's feet, in the order of [`RobotModel::feet`].
+pub const FOOT_NAMES: [&str; 2] = ["left", "right"];
+
 /// A foot: a link with a flat sole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Foot {

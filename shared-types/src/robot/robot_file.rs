@@ -20,7 +20,8 @@ use crate::plan_format::blocks::{RobotBlock, UrdfAdditions};
 use crate::world::shape_block::{pose_from_arrays, pose_from_block};
 
 use crate::robot::model::AllowedOverlap;
-use crate::robot::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
+use crate::robot::model::FOOT_NAMES;
+use crate::robot::spec::{FootSpec, JointValues, RobotSpec};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -17,8 +17,6 @@ use crate::robot::model::AllowedOverlap;
 const SOLE_AREA_MIN: f64 = 1e-6;
 /// How far a sole may reach from its frame, m.
 const SOLE_REACH_MAX: f64 = 1.0;
-/// The names of a biped's feet, in the order of [`crate::robot::model::RobotModel::feet`].
-pub(crate) const FOOT_NAMES: [&str; 2] = ["left", "right"];
 
 /// All that is not in the URDF.
 pub(crate) struct RobotSpec {
@@ -32,7 +30,7 @@ pub(crate) struct RobotSpec {
     pub(crate) urdf_root_from_root: Option<DQuat>,
     /// Links whose meshes stay meshes.
     pub(crate) exact_meshes: Vec<(String, FileLocation)>,
-    /// The feet, in the order of [`FOOT_NAMES`].
+    /// The feet, in the order of [`FOOT_NAMES`](crate::robot::model::FOOT_NAMES).
     pub(crate) feet: Vec<FootSpec>,
     /// Joint positions of the standing posture.
     pub(crate) standing: JointValues,

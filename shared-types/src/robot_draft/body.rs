@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::base::input_error::InputError;
-use crate::base::spatial::Pose;
 use crate::geometry::shape::Shape;
 use crate::mesh::store::MeshStore;
 use crate::robot::links::{ShapeChoice, build_link};
@@ -81,9 +80,8 @@ impl LinkShapes {
     /// The surface of all links of a body, in the body's frame; of a link without shapes its
     /// contact points.
     pub(crate) fn surface(&self, skeleton: &Skeleton, body: NodeIndex) -> SurfacePoints {
-        let mut surface = surface_of(skeleton, body, |node| self.of(node));
-        surface.balls.extend(points_of(skeleton, body, |node| self.of(node).is_empty()));
-        surface
+        let counts_points = |node: NodeIndex| self.of(node).is_empty();
+        surface_of(skeleton, body, |node| self.of(node), counts_points)
     }
 
     /// The balls and contact points among the collision shapes of a body whose looks stand for it,
@@ -91,47 +89,30 @@ impl LinkShapes {
     pub(crate) fn contact_balls(&self, skeleton: &Skeleton, body: NodeIndex) -> Vec<(DVec3, f64)> {
         let is_shown = |node: NodeIndex| !self.visual[node].is_empty();
         let shapes = |node| if is_shown(node) { &self.collision[node][..] } else { &[] };
-        let mut balls = surface_of(skeleton, body, shapes).balls;
-        balls.extend(points_of(skeleton, body, is_shown));
-        balls
+        surface_of(skeleton, body, shapes, is_shown).balls
     }
 }
 
-/// The contact points of those of a body's links that count, as balls in the body's frame.
-fn points_of(
-    skeleton: &Skeleton,
-    body: NodeIndex,
-    counts: impl Fn(NodeIndex) -> bool,
-) -> Vec<(DVec3, f64)> {
-    let links = body_from_links(skeleton, body).into_iter().filter(|(node, _)| counts(*node));
-    let points = links.flat_map(|(node, body_from_link)| {
-        let points = urdf_link(skeleton, node).contact_points();
-        points.map(move |at| (body_from_link * at.translation, 0.0))
-    });
-    points.collect()
-}
-
-/// The surface of shapes of a body's links, in the body's frame.
+/// The surface of shapes of a body's links, in the body's frame, and the contact points of the
+/// links where they count.
 fn surface_of<'s>(
     skeleton: &Skeleton,
     body: NodeIndex,
     shapes: impl Fn(NodeIndex) -> &'s [LinkShape],
+    counts_points: impl Fn(NodeIndex) -> bool,
 ) -> SurfacePoints {
+    let poses = skeleton.poses(&vec![0.0; skeleton.nodes.len()]);
+    let body_from_root = poses[body].inverse();
     let mut surface = SurfacePoints::default();
-    for (node, body_from_link) in body_from_links(skeleton, body) {
+    for node in skeleton.body_nodes(body) {
+        let body_from_link = body_from_root * poses[node];
         for part in shapes(node) {
             surface.add(&part.shape, &(body_from_link * part.link_from_shape));
         }
+        let points = urdf_link(skeleton, node).contact_points().filter(|_| counts_points(node));
+        surface.balls.extend(points.map(|at| (body_from_link * at.translation, 0.0)));
     }
     surface
-}
-
-/// The links of a body with their poses in the body's frame.
-fn body_from_links(skeleton: &Skeleton, body: NodeIndex) -> Vec<(NodeIndex, Pose)> {
-    let poses = skeleton.poses(&vec![0.0; skeleton.nodes.len()]);
-    let body_from_root = poses[body].inverse();
-    let nodes = skeleton.body_nodes(body);
-    nodes.into_iter().map(|node| (node, body_from_root * poses[node])).collect()
 }
 
 /// Says how to go on where the only complaint is a missing mesh file.

@@ -9,7 +9,7 @@ use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::text_file::{absolute, absolute_folder};
 use crate::robot::mesh_path::links_without_meshes;
-use crate::robot::spec::FOOT_NAMES;
+use crate::robot::model::FOOT_NAMES;
 use crate::robot::tree::sort_links;
 use crate::robot::urdf::{Urdf, read_urdf};
 use crate::robot_draft::arms::ArmSearch;
