@@ -55,7 +55,7 @@ fn robot() -> RobotModel {
         upper: 1.0,
         effort: 10.0,
         velocity: 1.0,
-        acceleration: 10.0,
+        stated_acceleration: None,
     };
     let sole =
         [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]].map(DVec2::from_array).to_vec();

@@ -100,7 +100,8 @@ fn the_root_may_move_and_turn_as_far_as_allowed() {
 fn a_joint_of_a_smooth_motion_may_be_as_fast_and_accelerate_as_much_as_its_limit() {
     let at = |speed: f64, acceleration: f64| {
         let mut robot = robot();
-        (robot.joints[SHOULDER].velocity, robot.joints[SHOULDER].acceleration) = (0.5, 3.0);
+        (robot.joints[SHOULDER].velocity, robot.joints[SHOULDER].stated_acceleration) =
+            (0.5, Some(3.0));
         let mut instant = waypoint(0.0, 0.0, 0.0);
         instant.joint_velocity[SHOULDER] = speed;
         instant.joint_acceleration[SHOULDER] = acceleration;
@@ -117,7 +118,7 @@ fn a_joint_of_a_smooth_motion_may_be_as_fast_and_accelerate_as_much_as_its_limit
 #[test]
 fn what_a_joint_leaves_of_its_acceleration_is_reported() {
     let mut robot = robot();
-    robot.joints[SHOULDER].acceleration = 4.0;
+    robot.joints[SHOULDER].stated_acceleration = Some(4.0);
     let mut waypoints = still();
     waypoints[0].joint_acceleration[SHOULDER] = 1.0;
     waypoints[1].joint_acceleration[SHOULDER] = 1.0;
@@ -143,8 +144,8 @@ fn accelerations_of_straight_lines_may_reach_their_limit() {
     let mut quick = turn(0.0252);
     quick[1].q[ELBOW] = 0.012;
     let mut robot = robot();
-    robot.joints[SHOULDER].acceleration = 11.0;
-    robot.joints[ELBOW].acceleration = 4.0;
+    robot.joints[SHOULDER].stated_acceleration = Some(11.0);
+    robot.joints[ELBOW].stated_acceleration = Some(4.0);
     let (violation, numbers) = refusal(check(robot, &quick), Check::Acceleration);
     assert!(violation.detail.contains("elbow"), "{violation}");
     assert_near(&numbers, &[4.8, 4.0], 0.05);

@@ -20,7 +20,7 @@ use surefoot_shared_types::message::{
     Check, Feedback, Interpolation, Margins, PlanChunk, RestState, SupportMode, WalkRecord,
     Waypoint, WithCrc,
 };
-use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, RobotModel};
 use surefoot_shared_types::world::world::{GRAVITY, World};
 
 /// The arm swings by `angle` from rest to rest within `seconds`, along
@@ -104,7 +104,7 @@ fn speeds_and_stated_accelerations_between_waypoints_are_refused() {
     let limited = |velocity: f64, acceleration: f64| {
         let mut limited = robot();
         limited.joints[SHOULDER].velocity = velocity;
-        limited.joints[SHOULDER].acceleration = acceleration;
+        limited.joints[SHOULDER].stated_acceleration = Some(acceleration);
         check_with(limited, world(vec![]), &motion, &[])
     };
     assert!(limited(0.57, 1.74).is_ok());
@@ -141,6 +141,17 @@ fn without_known_stops_the_default_acceleration_limit_holds() {
     };
     refused(check(&motion), Check::Acceleration, "elbow accelerates by");
     check(&[motion[0], Waypoint { time: 0.4, ..motion[1] }]).unwrap();
+}
+
+#[test]
+fn a_stated_acceleration_holds_where_it_equals_the_default_one() {
+    let mut light = robot();
+    (light.links[4].mass, light.links[4].inertia) = (0.1, 1e-3 * glam::DMat3::IDENTITY);
+    let motion = [waypoint(0.0, 0.0, 0.0), waypoint(0.2, 0.0, 0.2)];
+    check_with(light.clone(), world(vec![]), &motion, &[]).unwrap();
+    light.joints[ELBOW].stated_acceleration = Some(ACCELERATION_DEFAULT);
+    let found = check_with(light, world(vec![]), &motion, &[]);
+    refused(found, Check::Acceleration, "elbow accelerates by");
 }
 
 #[test]

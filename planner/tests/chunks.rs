@@ -257,7 +257,7 @@ fn joint_accelerations_are_within_their_limits() {
                     let acceleration =
                         f64::abs(speed - speed_before) / (0.5 * (seconds + seconds_before));
                     assert!(
-                        acceleration < joint.acceleration,
+                        acceleration < joint.acceleration(),
                         "chunk {}: {} by {acceleration}",
                         chunk.sequence,
                         joint.name

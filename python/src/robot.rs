@@ -144,7 +144,7 @@ impl Robot {
 
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        self.numbers(py, |joint| joint.acceleration)
+        self.numbers(py, |joint| joint.acceleration())
     }
 
     /// Name, link and outline in the sole frame (m) of each foot.

@@ -163,18 +163,19 @@ fn attributes_of_urdf_1_1_and_1_2_are_used_or_refused() {
     let robot = ROBOT.replace("[accelerations]\nleft_hip = 30\n", "");
     let limited = |attribute: &str, robot: &str| {
         let limit = HIP_LIMIT.replace("/>", &format!(" {attribute}/>"));
-        load(&changed(HIP_LIMIT, &limit), robot).map(|robot| robot.joints[0].acceleration)
+        load(&changed(HIP_LIMIT, &limit), robot).map(|robot| robot.joints[0].stated_acceleration)
     };
     for (attribute, acceleration) in [
-        ("acceleration=\"2\"", 2.0),
-        ("deceleration=\"3\"", 3.0),
-        ("acceleration=\"20\" deceleration=\"15\"", 15.0),
-        ("acceleration=\"1e9\"", 10.0),
-        ("jerk=\"inf\"", 10.0),
+        ("acceleration=\"2\"", Some(2.0)),
+        ("deceleration=\"3\"", Some(3.0)),
+        ("acceleration=\"20\" deceleration=\"15\"", Some(15.0)),
+        ("acceleration=\"10\"", Some(10.0)),
+        ("acceleration=\"1e9\"", None),
+        ("jerk=\"inf\"", None),
     ] {
         assert_eq!(limited(attribute, &robot), Ok(acceleration), "{attribute}");
     }
-    assert_eq!(limited("acceleration=\"40\"", ROBOT), Ok(30.0));
+    assert_eq!(limited("acceleration=\"40\"", ROBOT), Ok(Some(30.0)));
     for (bad, robot, part) in [
         ("jerk=\"100\"", robot.as_str(), "jerk"),
         ("acceleration=\"0\"", &robot, "must be positive"),

@@ -11,7 +11,7 @@
 //! interval, which is followed from waypoint to waypoint.
 
 use surefoot_shared_types::message::{Check, Waypoint};
-use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, RobotModel};
+use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::is_at_most;
 use crate::check::segment::Violation;
@@ -46,7 +46,7 @@ pub fn check_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> Result<
         return Ok(1.0 - share);
     }
     let joint = &model.joints[index];
-    let (name, limit) = (&joint.name, joint.acceleration);
+    let (name, limit) = (&joint.name, joint.acceleration());
     let needed = share * limit;
     let detail = format!("joint {name} has to accelerate by {needed:.2}, limit {limit}");
     let waypoint = first_unreachable(waypoints, index, limit).unwrap_or(0);
@@ -66,10 +66,8 @@ pub fn check_stated_accelerations(
     let mut worst = f64::INFINITY;
     for (index, instant) in instants {
         for (joint, acceleration) in model.joints.iter().zip(&instant.joint_acceleration) {
-            let limit = joint.acceleration;
-            if limit == ACCELERATION_DEFAULT && !keeps_default {
-                continue;
-            }
+            let default = keeps_default.then(|| joint.acceleration());
+            let Some(limit) = joint.stated_acceleration.or(default) else { continue };
             let share = acceleration.abs() / limit;
             if !is_at_most(share, 1.0 + SHARE_ROUNDING) {
                 let name = &joint.name;
@@ -87,8 +85,9 @@ pub fn check_stated_accelerations(
 pub fn peak_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> PeakAcceleration {
     let mut peak = PeakAcceleration { share: 0.0, joint: 0 };
     for (index, joint) in model.joints.iter().enumerate() {
-        let is_enough =
-            |share: f64| first_unreachable(waypoints, index, share * joint.acceleration).is_none();
+        let is_enough = |share: f64| {
+            first_unreachable(waypoints, index, share * joint.acceleration()).is_none()
+        };
         if peak.share > 0.0 && is_enough(peak.share) {
             continue;
         }

@@ -50,13 +50,14 @@ impl Problem {
         ];
         notes.extend(standing_note(plan, &model));
         for joint in &mut model.joints {
-            if joint.acceleration > ACCELERATION_DEFAULT {
+            if joint.acceleration() > ACCELERATION_DEFAULT {
                 notes.push(format!(
                     "limits: the plan states an acceleration of {} for joint {}; it may tighten \
                      the default of {ACCELERATION_DEFAULT} and not loosen it",
-                    joint.acceleration, joint.name
+                    joint.acceleration(),
+                    joint.name
                 ));
-                joint.acceleration = ACCELERATION_DEFAULT;
+                joint.stated_acceleration = None;
             }
         }
         let world = world_from_block(&plan.scene, base_dir, plan_path)?;
@@ -143,7 +144,13 @@ fn tighten(joint: &mut Joint, planned: &Joint, notes: &mut Vec<String>) {
         }
     };
     lower(&mut joint.effort, planned.effort, "effort");
-    lower(&mut joint.acceleration, planned.acceleration, "acceleration");
+    // A plan that states no acceleration does not free the joint of one.
+    let Some(planned) = planned.stated_acceleration else { return };
+    let mut limit = joint.acceleration();
+    lower(&mut limit, planned, "acceleration");
+    if planned <= limit {
+        joint.stated_acceleration = Some(limit);
+    }
 }
 
 /// A stance with the height and the tilt of the ground on which the plan's soles stand in a phase.
@@ -169,5 +176,32 @@ fn end_block(model: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {
     EndBlock::Feet {
         soles: soles.map(|(foot, pose)| (foot.name.clone(), block(pose))).collect(),
         tol,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check_robot::robot;
+
+    #[test]
+    fn a_plan_tightens_the_acceleration_of_a_joint_and_never_frees_it() {
+        let tightened = |own: Option<f64>, stated: Option<f64>| {
+            let [mut joint, mut planned] = [(); 2].map(|()| robot().joints.swap_remove(0));
+            (joint.stated_acceleration, planned.stated_acceleration) = (own, stated);
+            tighten(&mut joint, &planned, &mut vec![]);
+            joint.stated_acceleration
+        };
+        for (own, stated, expected) in [
+            (Some(15.0), None, Some(15.0)),
+            (Some(15.0), Some(20.0), Some(15.0)),
+            (Some(15.0), Some(10.0), Some(10.0)),
+            (None, Some(15.0), None),
+            (None, Some(10.0), Some(10.0)),
+            (None, Some(3.0), Some(3.0)),
+            (None, None, None),
+        ] {
+            assert_eq!(tightened(own, stated), expected, "{own:?} {stated:?}");
+        }
     }
 }

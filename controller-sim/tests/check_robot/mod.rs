@@ -58,7 +58,7 @@ fn joint(name: &str, axis: DVec3, child: usize) -> Joint {
         upper: 2.5,
         effort: 200.0,
         velocity: 5.0,
-        acceleration: 10.0,
+        stated_acceleration: None,
     }
 }
 

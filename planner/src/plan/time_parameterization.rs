@@ -98,7 +98,7 @@ impl TimeParameterization {
         };
         Self {
             speeds: limits(|joint| JOINT_SPEED_MAX.min(LIMIT_SHARE * joint.velocity)),
-            accelerations: limits(|joint| ACCELERATION_SHARE * joint.acceleration),
+            accelerations: limits(|joint| ACCELERATION_SHARE * joint.acceleration()),
             kinematics: Kinematics::new(model),
             balance,
             friction_acceleration: FRICTION_SHARE * mu * GRAVITY,

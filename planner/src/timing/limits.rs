@@ -3,7 +3,7 @@
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
-use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
+use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 use crate::timing::tuning::{
     CHECKED_EFFORT_PART, COP_MARGIN_INCLINED, COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGINS,
@@ -56,13 +56,7 @@ impl TimingLimits {
             limits.iter_mut().zip(stated).for_each(|(slot, limit)| *slot = limit);
             limits
         };
-        let acceleration = |joint: &Joint| {
-            if joint.acceleration == ACCELERATION_DEFAULT {
-                f64::INFINITY
-            } else {
-                joint.acceleration
-            }
-        };
+        let acceleration = |joint: &Joint| joint.stated_acceleration.unwrap_or(f64::INFINITY);
         let mut positions = [[f64::NEG_INFINITY, f64::INFINITY]; JOINTS_MAX];
         let stated = model.joints.iter().map(|joint| [joint.lower, joint.upper]);
         positions.iter_mut().zip(stated).for_each(|(slot, limits)| *slot = limits);

@@ -171,7 +171,7 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
             upper: hinge.limits[1],
             effort: 100.0,
             velocity: 5.0,
-            acceleration: 10.0,
+            stated_acceleration: None,
         });
     }
     let polygon =

@@ -84,7 +84,7 @@ fn joint_description(joint: &Joint) -> JointDescription {
         lower: joint.lower,
         upper: joint.upper,
         velocity: joint.velocity,
-        acceleration: joint.acceleration,
+        acceleration: joint.acceleration(),
         effort: joint.effort,
     }
 }

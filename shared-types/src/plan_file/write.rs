@@ -18,7 +18,7 @@ use crate::plan_format::blocks::{
     ChunkBlock, ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock,
     SCHEMA, SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };
-use crate::robot::model::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
+use crate::robot::model::{Foot, Joint, Link, RobotModel};
 use crate::world::world::{World, WorldShape};
 
 /// Largest distance of the first waypoint's soles from the start stance, m.
@@ -299,8 +299,8 @@ fn effort_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
 }
 
 fn acceleration_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
-    let stated = robot.joints.iter().filter(|joint| joint.acceleration != ACCELERATION_DEFAULT);
-    stated.map(|joint| (joint.name.clone(), joint.acceleration)).collect()
+    let stated = |joint: &Joint| Some((joint.name.clone(), joint.stated_acceleration?));
+    robot.joints.iter().filter_map(stated).collect()
 }
 
 fn foot_block(foot: &Foot, robot: &RobotModel) -> FootBlock {

@@ -9,7 +9,7 @@ use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::text_file::{FileLocation, NUMBER_MAX};
 
-use crate::robot::model::{ACCELERATION_DEFAULT, Joint, JointKind, LockedJoint};
+use crate::robot::model::{Joint, JointKind, LockedJoint};
 use crate::robot::spec::{JointValues, RobotSpec};
 use crate::robot::urdf::Urdf;
 use crate::robot::urdf_joint::{JointType, Limit, UrdfJoint};
@@ -187,7 +187,7 @@ fn moving_joint(
         positive("velocity", stated_velocity.or(limit.velocity), " or under [velocity_limits]");
     InputError::all(errors)?;
     let effort = tightened_effort(joint, effort, spec)?;
-    let acceleration = acceleration(joint, spec)?;
+    let stated_acceleration = stated_acceleration(joint, spec)?;
     Ok(JointRole::Moving(Joint {
         name: joint.name.clone(),
         kind,
@@ -197,7 +197,7 @@ fn moving_joint(
         upper,
         effort,
         velocity,
-        acceleration,
+        stated_acceleration,
     }))
 }
 
@@ -214,7 +214,8 @@ fn locked_joint(
     };
     let effort = tightened_effort(joint, stated(|limit| limit.effort), spec)?;
     let (lower, upper) = locked_limits(joint);
-    let (velocity, acceleration) = (stated(|limit| limit.velocity), acceleration(joint, spec)?);
+    let velocity = stated(|limit| limit.velocity);
+    let stated_acceleration = stated_acceleration(joint, spec)?;
     let joint_model = Joint {
         name: joint.name.clone(),
         kind,
@@ -224,7 +225,7 @@ fn locked_joint(
         upper,
         effort,
         velocity,
-        acceleration,
+        stated_acceleration,
     };
     Ok(LockedJoint { joint: joint_model, position, parent_from_joint: joint.parent_from_joint })
 }
@@ -287,13 +288,13 @@ fn tightened_effort(joint: &UrdfJoint, stated: f64, spec: &RobotSpec) -> Result<
 }
 
 /// The acceleration of the robot file, at most that of the URDF, where one of them says one.
-fn acceleration(joint: &UrdfJoint, spec: &RobotSpec) -> Result<f64, InputError> {
+fn stated_acceleration(joint: &UrdfJoint, spec: &RobotSpec) -> Result<Option<f64>, InputError> {
     let stated = joint.limit.as_ref().and_then(|limit| limit.acceleration);
     let stated = stated.filter(|stated| stated.is_finite());
     match spec.accelerations.get(&joint.name) {
-        None => Ok(stated.unwrap_or(ACCELERATION_DEFAULT)),
+        None => Ok(stated),
         Some((limit, _)) if *limit > 0.0 && stated.is_none_or(|stated| *limit <= stated) => {
-            Ok(*limit)
+            Ok(Some(*limit))
         }
         Some((limit, location)) => {
             let most = stated.map(|stated| format!(" and at most the URDF's {stated}"));

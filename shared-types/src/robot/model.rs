@@ -138,13 +138,21 @@ pub struct Joint {
     pub effort: f64,
     /// Largest speed (rad/s or m/s), positive and finite.
     pub velocity: f64,
-    /// Largest acceleration (rad/s2 or m/s2), positive and finite: the robot file's, or
-    /// [`ACCELERATION_DEFAULT`].
-    pub acceleration: f64,
+    /// Largest acceleration (rad/s2 or m/s2) by the robot file or the URDF, positive and finite;
+    /// nothing where neither states one.
+    pub stated_acceleration: Option<f64>,
 }
 
-/// Largest acceleration of a joint without one in the robot file (rad/s2 or m/s2). Geared joints of
-/// humanoids reach it with a small part of their torque. URDF has no such limit.
+impl Joint {
+    /// Largest acceleration (rad/s2 or m/s2) in straight lines: the stated one, or
+    /// [`ACCELERATION_DEFAULT`].
+    pub fn acceleration(&self) -> f64 {
+        self.stated_acceleration.unwrap_or(ACCELERATION_DEFAULT)
+    }
+}
+
+/// Largest acceleration in straight lines of a joint without a stated one (rad/s2 or m/s2). Geared
+/// joints of humanoids reach it with a small part of their torque.
 pub const ACCELERATION_DEFAULT: f64 = 10.0;
 
 /// A joint that the robot file locks. It is fixed in the kinematic tree; its motor has to hold it.

@@ -90,7 +90,7 @@ pub(crate) fn json(model: &RobotModel, allowed: &[[String; 2]]) -> String {
             "upper": joint.upper,
             "effort": joint.effort,
             "velocity": joint.velocity,
-            "acceleration": joint.acceleration,
+            "acceleration": joint.acceleration(),
             "standing": model.standing_q[at],
         })
     };
