@@ -9,7 +9,7 @@ use crate::motion::mode_graph::ModeGraph;
 use crate::motion::roadmap::RouteSegment;
 use crate::motion::transition_prior::transition_prior;
 use crate::pipeline::direct_steps::{AT_GOAL, AT_START, StepPlacement};
-use crate::pipeline::endpoints::foothold_near;
+use crate::pipeline::endpoints::{Nearness, foothold_near};
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::SegmentState;
 use crate::pipeline::stage::Event;
@@ -257,7 +257,9 @@ fn test_placement(
     let placement = &mut direct.placements[index];
     let (limb, wanted) = (placement.limb, placement.world_from_sole);
     let scratch = &mut footholds.scratch[0];
-    let Ok(foothold) = foothold_near(constraints, surfaces, scratch, limb, &wanted) else {
+    let nearness = Nearness::USUAL;
+    let Ok(foothold) = foothold_near(constraints, surfaces, scratch, limb, (&wanted, nearness))
+    else {
         placement.is_rejected = true;
         return Ok(false);
     };

@@ -1,7 +1,7 @@
 //! Stands the robot on the start and on the goal, the first and the last boundary [Grey 4.4.1].
 
-use surefoot_shared_types::base::spatial::wrap_angle;
-use surefoot_shared_types::config::scenario::{Scenario, StancePose};
+use surefoot_shared_types::base::spatial::{wrap_angle, yaw_of};
+use surefoot_shared_types::config::scenario::{GoalTolerance, Scenario, StancePose};
 use surefoot_shared_types::message::{RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
 
@@ -9,7 +9,9 @@ use crate::base::capacity::ArenaFull;
 use crate::constraints::mode::StartBalance;
 use crate::motion::ids::FootholdId;
 use crate::motion::roadmap::Boundary;
-use crate::pipeline::endpoints::{Endpoint, OFFSET_MAX, foothold_at, stand_in, stand_within};
+use crate::pipeline::endpoints::{
+    Endpoint, Nearness, TOLERANCE_SHARE, foothold_at, stand_in, stand_within,
+};
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::retrace::Retrace;
 use crate::pipeline::search::Search;
@@ -30,10 +32,8 @@ pub(crate) struct EndpointStage {
     pub retrace: Retrace,
     /// Distance of the centre of mass inside the support at the start, m.
     com_margin: f64,
-    /// Greatest distance of a sole from the goal, m.
-    position_tolerance: f64,
-    /// Greatest difference from the heading of the goal, rad.
-    yaw_tolerance: f64,
+    /// How far the soles may be from the goal.
+    goal_tolerance: GoalTolerance,
     /// Whether another method searches the walk.
     pub is_other_method: bool,
     has_friction: bool,
@@ -48,8 +48,7 @@ impl EndpointStage {
             rest_state: None,
             retrace: Retrace::default(),
             com_margin: scenario.checker.com_margin,
-            position_tolerance: scenario.goal_tolerance.position,
-            yaw_tolerance: scenario.goal_tolerance.yaw,
+            goal_tolerance: scenario.goal_tolerance,
             is_other_method: false,
             has_friction: world.mu > 0.0,
         }
@@ -121,17 +120,17 @@ impl EndpointStage {
     ) -> Result<[Endpoint; 2], Outcome> {
         let PlanningContext { constraints, surfaces, .. } = context;
         let scratch = &mut search.footholds.scratch[0];
-        let mut stand_at = |stance: &StancePose, offset_max: f64| {
-            stand_within(constraints, surfaces, scratch, (stance, offset_max))
+        let mut stand_at = |stance: &StancePose, nearness: Nearness| {
+            stand_within(constraints, surfaces, scratch, (stance, nearness))
         };
         let start = match &self.rest_state {
             Some(state) => stand_in(constraints, state),
-            None => stand_at(&self.start, OFFSET_MAX),
+            None => stand_at(&self.start, Nearness::USUAL),
         };
         let start = start.map_err(Outcome::StartInvalid)?;
-        let offset_max = OFFSET_MAX.min(self.position_tolerance);
-        let goal = stand_at(&self.goal, offset_max).map_err(Outcome::GoalInvalid)?;
-        if self.rest_state.is_none() && self.is_start_goal() {
+        let nearness = Nearness::of_goal(&self.goal_tolerance);
+        let goal = stand_at(&self.goal, nearness).map_err(Outcome::GoalInvalid)?;
+        if self.rest_state.is_none() && self.is_at_goal([&start, &goal]) {
             return Ok([start.clone(), start]);
         }
         if !self.has_friction {
@@ -140,13 +139,17 @@ impl EndpointStage {
         Ok([start, goal])
     }
 
-    /// Whether the start stance is within the tolerances of the goal.
-    fn is_start_goal(&self) -> bool {
-        let soles = self.start.world_from_soles().into_iter().zip(self.goal.world_from_soles());
-        let is_near = soles.into_iter().all(|(start, goal)| {
-            start.translation.distance(goal.translation) <= self.position_tolerance
-        });
-        is_near && wrap_angle(self.goal.yaw - self.start.yaw).abs() <= self.yaw_tolerance
+    /// Whether the robot stands within the tolerances of the goal, on ground as high as there.
+    fn is_at_goal(&self, [start, goal]: [&Endpoint; 2]) -> bool {
+        let GoalTolerance { position, yaw } = self.goal_tolerance;
+        self.goal.world_from_soles().into_iter().enumerate().all(|(limb, wanted)| {
+            let [sole, at_goal] =
+                [start, goal].map(|endpoint| endpoint.footholds[limb].world_from_sole);
+            let place = wanted.translation.with_z(at_goal.translation.z);
+            let turn = wrap_angle(yaw_of(sole.rotation) - self.goal.yaw).abs();
+            sole.translation.distance(place) <= TOLERANCE_SHARE * position
+                && turn <= TOLERANCE_SHARE * yaw
+        })
     }
 }
 

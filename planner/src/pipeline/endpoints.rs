@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::spatial::{rotation_about, yaw_of};
-use surefoot_shared_types::config::scenario::StancePose;
+use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle, yaw_of};
+use surefoot_shared_types::config::scenario::{GoalTolerance, StancePose};
 use surefoot_shared_types::message::{Contact, RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
 
@@ -36,7 +36,9 @@ const LEG_EXTENSIONS: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
 /// Lowest and highest ground relative to a wanted sole pose, m.
 const GROUND_Z: [f64; 2] = [-0.1, 0.1];
 /// Greatest horizontal distance of a foothold from a wanted sole pose, m.
-pub(crate) const OFFSET_MAX: f64 = 0.03;
+const OFFSET_MAX: f64 = 0.03;
+/// Share of the tolerances of a goal that is used; the rest is left to rounding.
+pub(crate) const TOLERANCE_SHARE: f64 = 0.98;
 /// Most distance between a wanted sole and where it comes to rest that roughness accounts for, m.
 const ROUGHNESS_MAX: f64 = 8e-3;
 /// Limits of the query for ground near a wanted sole pose.
@@ -54,6 +56,34 @@ pub struct Endpoint {
     pub support: SupportMode,
 }
 
+/// How far a foothold may be from a wanted sole pose.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Nearness {
+    /// Greatest horizontal distance, m.
+    offset: f64,
+    /// Greatest turn, rad.
+    turn: f64,
+}
+
+impl Nearness {
+    /// That of a sole that may stand wherever there is ground.
+    pub const USUAL: Self = Self { offset: OFFSET_MAX, turn: YAW_SPREAD_MAX };
+
+    /// That of a sole at a goal.
+    pub fn of_goal(tolerance: &GoalTolerance) -> Self {
+        Self {
+            offset: OFFSET_MAX.min(TOLERANCE_SHARE * tolerance.position),
+            turn: YAW_SPREAD_MAX.min(TOLERANCE_SHARE * tolerance.yaw),
+        }
+    }
+
+    fn contains(&self, wanted: &Pose, sole: &Pose) -> bool {
+        let offset = (sole.translation - wanted.translation).truncate().length();
+        let turn = wrap_angle(yaw_of(sole.rotation) - yaw_of(wanted.rotation)).abs();
+        offset <= self.offset && turn <= self.turn
+    }
+}
+
 /// Distances and directions of the offsets at which a sole is tried, and a whole stance.
 const SOLE_OFFSETS: [usize; 2] = [6, 12];
 const STANCE_OFFSETS: [usize; 2] = [3, 8];
@@ -69,11 +99,11 @@ pub fn stand_on(
     scratch: &mut Scratch,
     stance: &StancePose,
 ) -> Result<Endpoint, EndpointError> {
-    stand_within(constraints, surfaces, scratch, (stance, OFFSET_MAX))
+    stand_within(constraints, surfaces, scratch, (stance, Nearness::USUAL))
 }
 
-/// Does the same at most `offset_max` (m) aside: first on the given poses, then with each sole that
-/// does not fit moved aside alone, then with both soles moved by the same offset.
+/// Does the same as near as asked: first on the given poses, then with each sole that does not fit
+/// moved aside alone, then with both soles moved by the same offset.
 ///
 /// # Errors
 /// Those on the given poses.
@@ -81,10 +111,11 @@ pub(crate) fn stand_within(
     constraints: &Constraints,
     surfaces: &Surfaces,
     scratch: &mut Scratch,
-    (stance, offset_max): (&StancePose, f64),
+    (stance, nearness): (&StancePose, Nearness),
 ) -> Result<Endpoint, EndpointError> {
     let soles = stance.world_from_soles();
-    let mut near = |limb: usize| foothold_near(constraints, surfaces, scratch, limb, &soles[limb]);
+    let mut near =
+        |limb: usize| foothold_near(constraints, surfaces, scratch, limb, (&soles[limb], nearness));
     let exact = [near(0), near(1)];
     let stand_over = |footholds: [Foothold; 2]| -> Result<Endpoint, EndpointError> {
         let state = stand(constraints, &footholds, stance.yaw)?;
@@ -107,7 +138,7 @@ pub(crate) fn stand_within(
         is_free.then_some(foothold)
     };
     let alone = [0, 1].map(|limb| {
-        let mut aside = || offsets(SOLE_OFFSETS, offset_max).find_map(|by| moved(limb, by));
+        let mut aside = || offsets(SOLE_OFFSETS, nearness.offset).find_map(|by| moved(limb, by));
         exact[limb].clone().ok().or_else(&mut aside)
     });
     if let [Some(left), Some(right)] = alone
@@ -115,7 +146,7 @@ pub(crate) fn stand_within(
     {
         return Ok(endpoint);
     }
-    let mut together = offsets(STANCE_OFFSETS, offset_max)
+    let mut together = offsets(STANCE_OFFSETS, nearness.offset)
         .filter_map(|by| stand_over([moved(0, by)?, moved(1, by)?]).ok());
     together.next().ok_or(error)
 }
@@ -278,7 +309,7 @@ impl Endpoint {
 }
 
 /// The foothold at a sole pose; where that has no support, the one in which the sole comes to rest
-/// when it is set down there, or else the nearest one within [`OFFSET_MAX`].
+/// when it is set down there, or else the nearest one that is near enough.
 ///
 /// # Errors
 /// The ground supports no sole there, or the foot collides with the world.
@@ -287,7 +318,7 @@ pub(crate) fn foothold_near(
     surfaces: &Surfaces,
     scratch: &mut Scratch,
     limb: usize,
-    wanted: &Pose,
+    (wanted, nearness): (&Pose, Nearness),
 ) -> Result<Foothold, EndpointError> {
     let set_down = foothold_set_down(constraints, surfaces, scratch, limb, wanted);
     let Err(EndpointError::Unsupported { .. }) = set_down else { return set_down };
@@ -303,8 +334,7 @@ pub(crate) fn foothold_near(
     };
     let mut nearest = None;
     query.run((constraints, surfaces), scratch, &mut |placement| {
-        let offset = placement.world_from_sole.translation - wanted.translation;
-        let is_near = offset.truncate().length() <= OFFSET_MAX;
+        let is_near = nearness.contains(wanted, &placement.world_from_sole);
         nearest = is_near.then_some(placement.world_from_sole).or(nearest);
         ControlFlow::Continue(is_near)
     });
