@@ -5,8 +5,11 @@
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
+#[path = "common/own_world.rs"]
+mod own_world;
 
 use command::{run, scenario};
+use own_world::write_scenario;
 use serde_json::Value;
 
 /// The plan of a short scenario, changed, in a folder that lives as long as the test.
@@ -58,6 +61,28 @@ fn a_plan_may_tighten_limits_and_never_loosen_them() {
     }
     let output = run(&["check", &loose]);
     assert!(output.out.contains("may tighten the default"), "{}", output.out);
+}
+
+#[test]
+fn a_robot_within_the_tolerance_of_heading_stands_at_its_goal() {
+    let floor = "mu = 0.6\n[[shapes]]\nname = \"floor\"\nxyz = [0.0, 0.0, -0.1]\n\
+                 box = { half_extents = [1.0, 1.0, 0.1] }\n";
+    let ends = "[start]\nxyz = [0.0, 0.0, 0.0]\n[goal]\nxyz = [0.0, 0.0, 0.0]\nyaw = 0.3\n";
+    let [folder, other] = [0, 1].map(|_| tempfile::tempdir().unwrap());
+    let scenario = write_scenario(folder.path(), floor, ends);
+    let plan = folder.path().join("plan.json").to_str().unwrap().to_owned();
+    let output = run(&["plan", &scenario, "--export", &plan]);
+    assert!(output.code == 0 && output.out.contains("0 steps"), "{}{}", output.out, output.err);
+    for arguments in [&["check", &plan][..], &["check", &plan, "--scenario", &scenario]] {
+        let output = run(arguments);
+        assert_eq!(output.code, 0, "{arguments:?}: {}{}", output.out, output.err);
+    }
+    // However far its soles may be from their places, they may not be turned farther.
+    let ends = format!("{ends}position_tolerance = 1.0\nyaw_tolerance = 0.29\n");
+    let stricter = write_scenario(other.path(), floor, &ends);
+    let output = run(&["check", &plan, "--scenario", &stricter]);
+    assert_eq!(output.code, 4, "{}{}", output.out, output.err);
+    assert!(output.out.contains("turned from its pose by 0.3"), "{}", output.out);
 }
 
 #[test]

@@ -32,12 +32,14 @@ impl EndpointReport {
 }
 
 /// Compares a waypoint with a declared start or goal. `joint_order[j]` is the index of the robot's
-/// joint `j` in the plan's own `q`.
+/// joint `j` in the plan's own `q`. With `turn_max` (rad) soles may be turned by as much, and their
+/// tolerance is that of their place alone.
 pub fn check_endpoint(
     model: &RobotModel,
     endpoint: &EndBlock,
     waypoint: &Waypoint,
     joint_order: &[usize],
+    turn_max: Option<f64>,
 ) -> EndpointReport {
     let configuration = Configuration::of_waypoint(waypoint, model.joints.len());
     let root = configuration.world_from_root;
@@ -79,15 +81,23 @@ pub fn check_endpoint(
             let posture = Posture::new(model, &configuration);
             let off = |(name, block): (&String, &PoseBlock)| {
                 let Some(limb) = model.feet.iter().position(|foot| foot.name == *name) else {
-                    return f64::INFINITY;
+                    return [f64::INFINITY; 2];
                 };
                 let (actual, target) = (posture.world_from_sole(model, limb), pose(block));
-                largest([
+                [
                     actual.translation.distance(target.translation),
-                    0.5 * rotation_distance(actual.rotation, target.rotation),
-                ])
+                    rotation_distance(actual.rotation, target.rotation),
+                ]
             };
-            EndpointReport::new(largest(soles.iter().map(off)), *tol, "a sole is off its pose")
+            let off: Vec<[f64; 2]> = soles.iter().map(off).collect();
+            let [distance, turn] = [0, 1].map(|part| largest(off.iter().map(|off| off[part])));
+            let Some(turn_max) = turn_max else {
+                let error = largest([distance, 0.5 * turn]);
+                return EndpointReport::new(error, *tol, "a sole is off its pose");
+            };
+            let report = EndpointReport::new(distance, *tol, "a sole is off its place");
+            let turned = EndpointReport::new(turn, turn_max, "a sole is turned from its pose");
+            EndpointReport { violation: report.violation.or(turned.violation), ..report }
         }
     }
 }

@@ -127,7 +127,7 @@ pub fn check_plan_in(
     plan_path: &Path,
     problem: &Problem,
 ) -> Result<PlanReport, InputError> {
-    let Problem { model, world, config, start, goal, mut notes } = problem.clone();
+    let Problem { model, world, config, start, goal, goal_turn_max, mut notes } = problem.clone();
     let parsed = ParsedPlan::new(plan, &model, plan_path)?;
     let input_error = |error| InputError::element(plan_path, "robot", format!("{error}"));
     let mut checker = Checker::new(model, world, config).map_err(input_error)?;
@@ -146,15 +146,15 @@ pub fn check_plan_in(
         notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
     }
     notes.extend(checker.allowed_overlaps().iter().cloned());
-    let endpoint = |block: &EndBlock, waypoint: &Waypoint| {
-        check_endpoint(checker.model(), block, waypoint, &parsed.joint_order)
+    let endpoint = |block: &EndBlock, waypoint: &Waypoint, turn_max: Option<f64>| {
+        check_endpoint(checker.model(), block, waypoint, &parsed.joint_order, turn_max)
     };
     let result = |check| CheckResult { check, worst: None, violation: None };
     let physical = PHYSICAL.map(PhysicalCheck::check);
     let mut report = PlanReport {
         checks: physical.into_iter().chain([Check::Continuity]).map(result).collect(),
-        start: endpoint(&start, &parsed.waypoints[0]),
-        goal: endpoint(&goal, &parsed.waypoints[parsed.waypoints.len() - 1]),
+        start: endpoint(&start, &parsed.waypoints[0], None),
+        goal: endpoint(&goal, &parsed.waypoints[parsed.waypoints.len() - 1], goal_turn_max),
         margins: Margins::UNMEASURED,
         reserves: Reserves::UNMEASURED,
         notes,

@@ -31,6 +31,8 @@ pub struct Problem {
     pub(crate) config: CheckerConfig,
     pub(crate) start: EndBlock,
     pub(crate) goal: EndBlock,
+    /// How far soles may be turned at the goal, rad; nothing where the goal's own tolerance says it.
+    pub(crate) goal_turn_max: Option<f64>,
     /// Whose limits hold, one line each.
     pub(crate) notes: Vec<String>,
 }
@@ -62,7 +64,8 @@ impl Problem {
         }
         let world = world_from_block(&plan.scene, base_dir, plan_path)?;
         let (start, goal) = (plan.start.clone(), plan.goal.clone());
-        Ok(Self { model, world, config: CheckerConfig::default(), start, goal, notes })
+        let config = CheckerConfig::default();
+        Ok(Self { notes, ..Self::of_ends(model, world, config, [start, goal]) })
     }
 
     /// The problem of a robot and a world in memory, with the ends that a plan states.
@@ -72,7 +75,7 @@ impl Problem {
         config: CheckerConfig,
         [start, goal]: [EndBlock; 2],
     ) -> Self {
-        Self { model, world, config, start, goal, notes: vec![] }
+        Self { model, world, config, start, goal, goal_turn_max: None, notes: vec![] }
     }
 
     /// The problem of a robot and a world in memory, with the ends of a scenario.
@@ -83,7 +86,8 @@ impl Problem {
         plan: &PlanFile,
     ) -> Self {
         let ends = ends(&model, scenario, plan);
-        Self::of_ends(model, world, scenario.checker.clone(), ends)
+        let goal_turn_max = Some(scenario.goal_tolerance.yaw);
+        Self { goal_turn_max, ..Self::of_ends(model, world, scenario.checker.clone(), ends) }
     }
 
     /// The problem of a scenario. Limits of the plan's robot hold where they are tighter.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 
 use crate::base::input_error::InputError;
-use crate::base::spatial::Pose;
+use crate::base::spatial::{Pose, wrap_angle, yaw_of};
 use crate::base::text_file::relative_to;
 use crate::base::whole_file;
 use crate::config::scenario::{Scenario, StancePose};
@@ -30,6 +30,10 @@ const LEVEL_OFFSET_MAX: f64 = 1e-9;
 const GROUND_OFFSET_MAX: f64 = 0.1;
 /// Largest distance of the first waypoint from the start configuration, m and rad.
 const CONFIGURATION_TOLERANCE: f64 = 1e-3;
+/// Metres that a radian counts as in the tolerance of a sole.
+const METRES_PER_RADIAN: f64 = 0.5;
+/// What rounding adds to the heading of a sole, m.
+const TOLERANCE_ROUNDING: f64 = 1e-6;
 
 /// The plan file of a stream of chunks. Its paths are relative to `plan_dir`, the folder in which
 /// it is saved (absolute, or relative to the working directory).
@@ -369,14 +373,21 @@ fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) ->
 
 /// The goal that the scenario states, with the height and the tilt of the ground on which the last
 /// chunk's soles stand: a stance is level, a slope is not.
+///
+/// The format has one tolerance, of which a radian takes half a metre. It is that of the scenario's
+/// position, and more only where the plan makes use of the tolerance of heading.
 fn goal_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
     let mut block = end_block(robot, &scenario.goal, scenario.goal_tolerance.position);
     let contacts = chunks.last().map_or(&[][..], PlanChunk::contacts);
-    if let EndBlock::Feet { soles, .. } = &mut block {
+    if let EndBlock::Feet { soles, tol } = &mut block {
         for contact in contacts {
             let ContactBlock { foot, sole_pose } = contact_block(contact, robot);
             if let Some(level) = soles.get_mut(&foot) {
                 *level = on_ground(level, &sole_pose);
+                let heading = yaw_of(DQuat::from_array(sole_pose.quat_xyzw).normalize());
+                let turn = wrap_angle(heading - scenario.goal.yaw).abs();
+                let used = METRES_PER_RADIAN * turn.min(scenario.goal_tolerance.yaw);
+                *tol = tol.max(used + TOLERANCE_ROUNDING);
             }
         }
     }
