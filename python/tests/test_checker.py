@@ -27,6 +27,13 @@ def test_an_accepted_plan_has_margins_and_loads(straight_plan: surefoot.Plan) ->
     assert (stance == plan.at(loads.time).contacts).mean() > 0.9
 
 
+@pytest.mark.parametrize("rate_hz", [0.0, -1.0, float("inf"), float("nan")])
+def test_loads_take_a_positive_rate(straight_plan: surefoot.Plan, rate_hz: float) -> None:
+    checker = surefoot.Checker(straight_plan.robot)
+    with pytest.raises(surefoot.ParameterError, match="rate_hz"):
+        checker.loads(straight_plan, rate_hz)
+
+
 def test_a_plan_answers_its_scenario_and_no_other() -> None:
     scenario = surefoot.Scenario("stepping_stones")
     plan = scenario.plan()

@@ -94,6 +94,9 @@ def _run_all(
     """Gives all tasks to workers. A task whose worker dies is given out again."""
     remote = ray.remote(num_cpus=options.threads, max_retries=0)(walk)
     cpus = max(1, int(ray.cluster_resources().get("CPU", 1)))
+    if not 1 <= options.threads <= cpus:
+        message = f"threads is {options.threads}; Ray has {cpus} cores, and a walk needs as many"
+        raise ParameterError(message, parameter="threads")
     waiting, attempts = deque(tasks), dict.fromkeys(tasks, 0)
     running: dict[Any, Task] = {}
     lost: list[Task] = []

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from surefoot import _native
-from surefoot.errors import Refused
+from surefoot.errors import ParameterError, Refused
 from surefoot.parameters import ParameterTables, parameters_of
 from surefoot.plans import Plan
 from surefoot.robot import Robot
@@ -155,6 +155,8 @@ class Checker:
     def loads(self, plan: Plan, rate_hz: float = 50.0) -> Loads:
         """Centre of mass, contact forces of least squares and joint efforts at a rate, in the
         plan's own world. They mean something for a plan that the checks accept."""
+        if not 0.0 < rate_hz < float("inf"):
+            raise ParameterError(f"rate_hz is {rate_hz}; it must be positive", parameter="rate_hz")
         checker = _native.Checker(self.robot._native, plan.world._native, self._parameters)
         loads: dict[str, Any] = checker.loads(plan._native, 1.0 / rate_hz)
         for name in ("forces", "pressure_centres"):
