@@ -91,6 +91,30 @@ fn a_loaded_plan_is_the_saved_motion_in_the_same_world() {
 }
 
 #[test]
+fn a_chunk_whose_form_is_not_sound_is_refused_before_its_motion_is_looked_at() {
+    let (robot, world) = (robot(), ground());
+    let plan = plan(&robot, &world);
+    let mut checker = Checker::new(&robot, &world, &Parameters::default()).unwrap();
+    checker.check_plan(&plan).unwrap();
+    let changes: [(&str, fn(&mut PlanChunk)); 7] = [
+        ("mode", |chunk| chunk.mode = 9),
+        ("contacts", |chunk| chunk.contacts[0].limb = 7),
+        ("contacts", |chunk| chunk.contacts_len = 1),
+        ("joints", |chunk| chunk.joints_len = 3),
+        ("waypoints", |chunk| chunk.waypoints_len = 0),
+        ("waypoint", |chunk| chunk.waypoints[0].q[0] = f64::NAN),
+        ("ramps", |chunk| chunk.brake_duration = f64::NAN),
+    ];
+    for (part, change) in changes {
+        let mut chunk = plan.chunks()[0];
+        change(&mut chunk);
+        let violation = checker.check(&chunk).unwrap_err();
+        assert_eq!(violation.check.name(), "malformed", "{violation}");
+        assert!(violation.detail.contains(part), "{violation}");
+    }
+}
+
+#[test]
 fn a_plan_is_checked_as_an_answer_to_a_task() {
     let (robot, world) = (robot(), ground());
     let plan = plan(&robot, &world);

@@ -23,7 +23,7 @@ mod check_robot;
 
 pub use check::checker::Checker;
 pub use check::{Course, MotionSegment, Reserves, SegmentReport, Stop, Violation};
-pub use chunk::Identity;
+pub use chunk::{Identity, check_content};
 pub use execution::chunk_walk::ChunkWalk;
 pub use execution::disturbance::Disturbance;
 pub use execution::executor::ChunkExecutor;

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use surefoot_controller_sim::check::checker::Checker as SegmentChecker;
 use surefoot_controller_sim::{
-    Course, MotionSegment, PlanReport, Problem, Stop, Violation, check_plan, check_plan_in,
+    Course, MotionSegment, PlanReport, Problem, Stop, Violation, check_content, check_plan,
+    check_plan_in,
 };
 pub use surefoot_shared_types::message::Margins;
-use surefoot_shared_types::message::{Check, SupportMode};
 use surefoot_shared_types::plan_file::read::load_plan;
 
 use crate::api::error::{AnswerError, CheckError};
@@ -47,25 +47,21 @@ impl Checker {
         &mut self.checker
     }
 
-    /// Checks the motion of a chunk of any origin, and returns its worst margins.
+    /// Checks the motion of a chunk of any origin, and returns its worst margins. Of its stop, the
+    /// part within the chunk is checked.
     ///
     /// # Errors
     /// The first violation: which check, at which waypoint, by how much.
     pub fn check(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
-        let Some(mode) = SupportMode::from_wire(chunk.mode) else {
-            return Err(Violation::new(
-                Check::Malformed,
-                0,
-                format!("mode {} is unknown", chunk.mode),
-            ));
-        };
+        let mode = check_content(chunk, self.robot.model().joints.len())?;
         let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
         let stop = [Stop::of_chunk(chunk)];
         let course = if chunk.is_smooth() { Course::Smooth(&stop) } else { Course::Straight };
         self.checker.check_segment(&MotionSegment { mode, contacts, waypoints, course }, &mut || ())
     }
 
-    /// Checks all chunks of a plan, and returns the worst margins.
+    /// Checks all chunks of a plan, each by itself, and returns the worst margins.
+    /// [`Checker::answer`] checks that they continue each other, and all of their stops.
     ///
     /// # Errors
     /// The first violation, and the chunk that it is in.

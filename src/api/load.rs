@@ -42,9 +42,13 @@ pub struct FootLoad {
 }
 
 impl Checker {
-    /// The loads along a plan that [`Checker::check_plan`] accepts: one every `tick` (s, positive)
-    /// and one at the end.
+    /// The loads along a plan that [`Checker::check_plan`] accepts: one every `tick` (s) and one at
+    /// the end.
+    ///
+    /// # Panics
+    /// `tick` is not positive.
     pub fn loads(&mut self, plan: &Plan, tick: f64) -> Vec<Load> {
+        assert!(tick > 0.0, "a tick of {tick} s; it must be positive");
         let mut simulation = Simulation::new(0, tick);
         let mut loads = vec![];
         for chunk in plan.chunks() {

@@ -38,7 +38,7 @@ pub struct Identity {
 }
 
 /// Whether the bytes of a chunk are undamaged and its form is sound, in this order: CRC; schema,
-/// flags, counts, mode, contacts, numbers. Returns the chunk's mode.
+/// flags, goal, then [`check_content`]. Returns the chunk's mode.
 ///
 /// # Errors
 /// The first of these conditions that does not hold.
@@ -48,8 +48,18 @@ pub fn check_message(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Vi
         let detail = format!("the CRC is {:08x}, that of the bytes {computed:08x}", chunk.crc);
         return Err(Violation::new(Check::Crc, 0, detail));
     }
+    check_header(chunk).map_err(|detail| Violation::new(Check::Malformed, 0, detail))?;
+    check_content(chunk, joints)
+}
+
+/// Whether the motion in a chunk of any origin has a sound form, in this order: counts, mode,
+/// contacts, numbers, interpolation and ramps. Returns the chunk's mode.
+///
+/// # Errors
+/// The first of these conditions that does not hold.
+pub fn check_content(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Violation> {
     let bad = |detail: String| Violation::new(Check::Malformed, 0, detail);
-    check_header(chunk, joints).map_err(bad)?;
+    check_counts(chunk, joints).map_err(bad)?;
     let mode = SupportMode::from_wire(chunk.mode)
         .ok_or_else(|| bad(format!("unknown mode {}", chunk.mode)))?;
     chunk.contacts().iter().try_for_each(|contact| check_contact(contact).map_err(bad))?;
@@ -117,8 +127,8 @@ pub fn check_identity(chunk: &PlanChunk, identity: &Identity) -> Result<(), Viol
     Ok(())
 }
 
-/// The schema, the flags and the counts.
-fn check_header(chunk: &PlanChunk, joints: usize) -> Result<(), String> {
+/// The schema, the flags and the goal.
+fn check_header(chunk: &PlanChunk) -> Result<(), String> {
     if chunk.schema != CHUNK_SCHEMA {
         return Err(format!("schema {}, known is {CHUNK_SCHEMA}", chunk.schema));
     }
@@ -129,6 +139,13 @@ fn check_header(chunk: &PlanChunk, joints: usize) -> Result<(), String> {
         let sequence = chunk.sequence;
         return Err(format!("the first-chunk flag does not fit sequence number {sequence}"));
     }
+    if chunk.goal.stance_width != 0.0 && chunk.goal.stance_pose().is_none() {
+        return Err("a goal with a number out of range".to_owned());
+    }
+    Ok(())
+}
+
+fn check_counts(chunk: &PlanChunk, joints: usize) -> Result<(), String> {
     if chunk.joints_len as usize != joints {
         return Err(format!("{} joints, the robot has {joints}", chunk.joints_len));
     }
@@ -139,9 +156,6 @@ fn check_header(chunk: &PlanChunk, joints: usize) -> Result<(), String> {
     if chunk.contacts_len as usize > CONTACTS_MAX {
         let count = chunk.contacts_len;
         return Err(format!("{count} contacts, at most {CONTACTS_MAX} are possible"));
-    }
-    if chunk.goal.stance_width != 0.0 && chunk.goal.stance_pose().is_none() {
-        return Err("a goal with a number out of range".to_owned());
     }
     Ok(())
 }

@@ -4,4 +4,4 @@
 pub(crate) mod continuity;
 pub(crate) mod message_check;
 
-pub use message_check::Identity;
+pub use message_check::{Identity, check_content};
