@@ -21,7 +21,7 @@ use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::config::MotionKind;
 use surefoot_shared_types::config::scenario::Scenario;
-use surefoot_shared_types::message::{PlanChunk, RestState, Waypoint, WithCrc};
+use surefoot_shared_types::message::{PlanChunk, RestState, SupportMode, Waypoint, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::scenario::load::load_scenario;
@@ -226,21 +226,86 @@ fn disturbances_are_reproducible_by_their_seed() {
 #[test]
 fn a_misplaced_last_step_ends_at_rest() {
     let folder = tempfile::tempdir().unwrap();
-    let (path, json) = (folder.path().join("short.toml"), folder.path().join("report.json"));
-    let configs = concat!(env!("CARGO_MANIFEST_DIR"), "/configs");
-    let text = format!(
-        "robot = \"{configs}/robots/hubo/robot.toml\"\nworld = \"{configs}/worlds/flat_walk.toml\"\n\
-         [start]\nxyz = [0.5, 0, 0]\n[goal]\nxyz = [1.1, 0, 0]\n"
-    );
-    std::fs::write(&path, text).unwrap();
+    let (path, json) = (short_walk(folder.path()), folder.path().join("report.json"));
     for seed in ["1", "2", "3"] {
-        let mut line = vec!["walk", path.to_str().unwrap(), "--quiet", "--motion", "smooth"];
+        let mut line = vec!["walk", &path, "--quiet", "--motion", "smooth"];
         line.extend(["--disturb", seed, "--json", json.to_str().unwrap()]);
         let output = run(&line);
         assert_eq!(output.code, 0, "{}{}", output.out, output.err);
         let report: Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
         assert_eq!(report["replans"], 0, "{report}");
     }
+}
+
+/// A walk of 0.6 m over level ground, in a folder.
+fn short_walk(folder: &std::path::Path) -> String {
+    let path = folder.join("short.toml");
+    let configs = concat!(env!("CARGO_MANIFEST_DIR"), "/configs");
+    let text = format!(
+        "robot = \"{configs}/robots/hubo/robot.toml\"\nworld = \"{configs}/worlds/flat_walk.toml\"\n\
+         [start]\nxyz = [0.5, 0, 0]\n[goal]\nxyz = [1.1, 0, 0]\n[planner]\nwork_max = 20000\n"
+    );
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn from_a_foot_that_landed_beside_the_goal_the_last_step_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = load_scenario(short_walk(folder.path()).as_ref()).unwrap();
+    let model = load_robot(&scenario.robot_path).unwrap();
+    let world = load_world(&scenario.world_path).unwrap();
+    let plan = |rest_state: Option<&RestState>| {
+        let start = rest_state.and_then(RestState::stance_pose).unwrap_or(scenario.start);
+        let scenario = Scenario { start, ..scenario.clone() };
+        let preparation = preparation_for(&model, &scenario.planner);
+        let mut builder = Planner::builder(&model, &world, &scenario, preparation);
+        if let Some(rest_state) = rest_state {
+            builder = builder.start_in(rest_state);
+        }
+        let mut planner = builder.build().unwrap();
+        let status = planner.step(u64::MAX);
+        (status, planner.chunks().to_vec())
+    };
+    let (_, chunks) = plan(None);
+    for seed in 1..=12 {
+        let identity = Identity {
+            controller_id: CONTROLLER_ID,
+            robot: model.digest,
+            world: world.digest,
+            config: scenario.digest,
+        };
+        let checker = Checker::new(model.clone(), world.clone(), scenario.checker.clone()).unwrap();
+        let (mut executor, mut disturbance) =
+            (ChunkExecutor::new(checker, identity), Disturbance::new(seed));
+        let (mut rest_state, mut stats) = (RestState::zeroed(), WalkStats::default());
+        walk_plan(
+            &model,
+            &mut executor,
+            &mut disturbance,
+            &chunks[..chunks.len() - 1],
+            &mut rest_state,
+            &mut stats,
+        );
+        assert_eq!((stats.replans, rest_state.mode), (0, SupportMode::Left as u32), "seed {seed}");
+        assert_eq!(plan(Some(&rest_state)).0, Status::Done(Outcome::Found), "seed {seed}");
+    }
+}
+
+#[test]
+fn a_walk_as_executed_with_misplaced_feet_is_refused_by_the_check_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let (scenario, walked) = (short_walk(folder.path()), folder.path().join("walked.json"));
+    let walked = walked.to_str().unwrap();
+    let output = run(&["walk", &scenario, "--quiet", "--disturb", "3", "--executed", walked]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let checked = run(&["check", walked]);
+    let lines: Vec<&str> = checked.err.lines().collect();
+    assert_eq!((checked.code, checked.out.as_str(), lines.len()), (2, "", 1), "{}", checked.err);
+    assert!(lines[0].contains("disturb_seed") && lines[0].contains("--disturb 3"), "{}", lines[0]);
+    let undisturbed = run(&["walk", &scenario, "--quiet", "--executed", walked]);
+    assert_eq!(undisturbed.code, 0, "{}", undisturbed.err);
+    assert_eq!(run(&["check", walked]).code, 0, "a walk without misplaced feet is judged");
 }
 
 #[test]

@@ -156,6 +156,7 @@ fn plan() -> PlanFile {
             yaw_tol: None,
         },
         origin: None,
+        disturb_seed: None,
     }
 }
 

@@ -305,7 +305,7 @@ fn a_refusal_ends_the_delivery_and_names_its_check() {
 }
 
 #[test]
-fn damaged_chunks_are_refused_over_shared_memory() {
+fn damaged_chunks_are_dropped_and_counted_and_the_walk_goes_on() {
     let test_instance = TestInstance::new();
     let instance = test_instance.attach();
     let header_bits = (0..8 * std::mem::offset_of!(PlanChunk, contacts)).step_by(5);
@@ -320,18 +320,48 @@ fn damaged_chunks_are_refused_over_shared_memory() {
         let mut chunk = plan(1)[0];
         (chunk.session, chunk.target_controller) = (1, id);
         chunk.write_crc();
-        bytemuck::bytes_of_mut(&mut chunk)[bit / 8] ^= 1 << (bit % 8);
+        let mut damaged = chunk;
+        bytemuck::bytes_of_mut(&mut damaged)[bit / 8] ^= 1 << (bit % 8);
+        publisher.send_copy(damaged).unwrap();
         publisher.send_copy(chunk).unwrap();
-        let mut check_chunk =
-            |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a damaged chunk was checked");
+        let mut seen = Vec::new();
+        let mut check_chunk = accept_all(&mut seen, Duration::ZERO);
         let ended = subscriber.run(&mut check_chunk, &|| true).unwrap();
-        assert_eq!(
-            ended,
-            StreamEnd::Refused(Refusal { sequence: 0, check: Check::Crc, waypoint: 0 }),
-            "bit {bit}"
-        );
+        drop(check_chunk);
+        let stats = subscriber.stats();
+        let counts = (stats.received, stats.damaged, stats.accepted);
+        assert_eq!((ended, counts, seen), (StreamEnd::Finished, (2, 1, 1), vec![0]), "bit {bit}");
     }
     drop((publisher, participant, instance));
+    test_instance.close();
+}
+
+/// A controller that takes 1 ms for each chunk, beside a process that sends every chunk once more,
+/// damaged.
+#[test]
+fn a_process_that_forges_damaged_chunks_holds_up_no_delivery() {
+    let (test_instance, chunks) = (TestInstance::new(), plan(100));
+    let over = AtomicBool::new(false);
+    let (delivery, (ended, seen, stats)) = std::thread::scope(|scope| {
+        let [to, from, beside] = [(); 3].map(|()| test_instance.attach());
+        let (over, forged) = (&over, &chunks);
+        scope.spawn(move || {
+            let participant = Participant::open(&beside).unwrap();
+            let publisher = participant.chunks.publisher_builder().create().unwrap();
+            for chunk in forged.iter().cycle().take_while(|_| !over.load(Ordering::Relaxed)) {
+                publisher.send_copy(PlanChunk { crc: !chunk.crc, ..*chunk }).unwrap();
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        let controller = scope.spawn(move || receive(&from, Duration::from_millis(1)));
+        let delivery = deliver(&to, &chunks);
+        let received = controller.join().unwrap();
+        over.store(true, Ordering::Relaxed);
+        (delivery, received)
+    });
+    assert_eq!((delivery.outcome, ended), (DeliveryOutcome::Accepted, StreamEnd::Finished));
+    assert_eq!(seen, (0..100).collect::<Vec<_>>());
+    assert!(stats.damaged > 20 && stats.accepted == 100, "{stats:?}");
     test_instance.close();
 }
 

@@ -139,6 +139,48 @@ fn neighbours_sink_into_each_other_no_deeper_than_in_walks_or_as_the_robot_file_
 }
 
 #[test]
+fn allowed_overlaps_without_effect_are_named_with_the_reason() {
+    let mut covered = robot();
+    let (link_from_shape, shape) = (at(0.0, 0.225, -0.5), box_of(0.2, 0.2, 0.3));
+    covered.links[3].shapes.push(LinkShape { link_from_shape, shape });
+    let idle = |links: [&str; 2], depth: f64| {
+        let mut model = covered.clone();
+        model.allowed_overlaps = vec![AllowedOverlap { links: links.map(String::from), depth }];
+        let checker = Checker::new(model, world(vec![]), CheckerConfig::default()).unwrap();
+        checker.idle_overlaps().join("\n")
+    };
+    assert_eq!(idle(["forearm", "upper_arm"], 0.25), "");
+    let said = |links, depth, reason: &str| {
+        let line = idle(links, depth);
+        let [a, b] = links;
+        let begin = format!("[[allowed_overlaps]] of {a} and {b} has no effect: ");
+        assert!(line.starts_with(&begin) && line.contains(reason), "{line}");
+    };
+    said(["upper_arm", "forearm"], 0.001, "mm without it");
+    said(["left_leg", "right_leg"], 0.1, "they are clear of each other");
+    // A cover of the left leg lies in the hand, which hangs on shoulder, elbow and wrist.
+    let wrist = Joint { child: 5, name: "wrist".into(), ..covered.joints[ELBOW].clone() };
+    covered.joints.push(wrist);
+    covered.standing_q.push(0.0);
+    let mut hand = covered.links[4].clone();
+    hand.name = "hand".into();
+    hand.parent = Some(Attachment { parent: 4, parent_from_joint: Pose::IDENTITY, joint: Some(4) });
+    covered.links.push(hand);
+    covered.links[4].shapes.clear();
+    let (link_from_shape, shape) = (at(0.0, 0.195, -0.4), box_of(0.02, 0.02, 0.02));
+    covered.links[1].shapes.push(LinkShape { link_from_shape, shape });
+    let far = |links: [&str; 2]| {
+        let mut model = covered.clone();
+        model.allowed_overlaps =
+            vec![AllowedOverlap { links: links.map(String::from), depth: 0.1 }];
+        let checker = Checker::new(model, world(vec![]), CheckerConfig::default()).unwrap();
+        checker.idle_overlaps().join("\n")
+    };
+    assert!(far(["hand", "left_leg"]).ends_with("4 joints lie between them, and at most 3 may"));
+    assert!(far(["forearm", "upper_arm"]).ends_with("one of them has no collision shape"));
+}
+
+#[test]
 fn a_leg_sinks_into_a_cover_no_deeper_than_in_walks() {
     // A rod of the torso touches the right leg from behind, and reaches to where the leg swings.
     let mut robot = robot_on_the_left_foot();

@@ -341,6 +341,22 @@ fn load_with(pointer: &str, value: Value) -> Result<PlanFile, InputError> {
 }
 
 #[test]
+fn a_plan_may_weaken_the_motors_of_its_robot_but_not_strengthen_them() {
+    let folder = Folder::new();
+    let mut json = serde_json::to_value(plan(&folder)).unwrap();
+    let mut scaled = |scale: f64| {
+        json["robot"]["effort_scale"] = json!(scale);
+        folder.write("plan.json", json.to_string().as_bytes());
+        load_plan(&folder.path("plan.json")).map(|plan| plan.robot.effort_scale)
+    };
+    assert_eq!([scaled(0.5).unwrap(), scaled(1.0).unwrap()], [Some(0.5), Some(1.0)]);
+    for scale in [1.0001, 1.5, 0.0, -1.0] {
+        let refused = scaled(scale).unwrap_err().to_string();
+        assert!(refused.contains(&format!("effort_scale is {scale}; it must be")), "{refused}");
+    }
+}
+
+#[test]
 fn invalid_plans_are_refused() {
     for (pointer, value, complaint) in [
         ("/schema", json!("biped-plan/2"), "only 'biped-plan/1'"),

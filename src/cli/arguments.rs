@@ -241,7 +241,7 @@ pub struct PlanArguments {
     /// Deliver the plan to the controller in this instance
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
-    /// Keep running, and plan what `surefoot request` asks for
+    /// Keep running until a signal comes, and plan what `surefoot request` asks for
     #[arg(long, requires = "instance")]
     pub serve: bool,
     /// The method that searches the first plan

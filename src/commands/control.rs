@@ -59,6 +59,8 @@ struct Record<'a> {
     path: &'a Path,
     scenario: Scenario,
     world: World,
+    /// The seed of misplaced feet, if there are any.
+    disturb_seed: Option<u64>,
 }
 
 /// A controller that is connected to an instance.
@@ -89,8 +91,11 @@ impl<'a> Controller<'a> {
             config: scenario.digest,
         };
         let executed = arguments.simulation.executed.as_deref();
-        let record =
-            executed.map(|path| Record { path, scenario: scenario.clone(), world: world.clone() });
+        let disturb_seed = arguments.simulation.disturb;
+        let record = executed.map(|path| {
+            let (scenario, world) = (scenario.clone(), world.clone());
+            Record { path, scenario, world, disturb_seed }
+        });
         let (ground_truth, world) = actual_world(arguments, &model, world)?;
         let checker = Checker::new(model, world, scenario.checker)?;
         let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
@@ -195,17 +200,18 @@ impl<'a> Controller<'a> {
             self.write_executed(record)?;
         }
         let (feedback, stats) = (self.subscriber.feedback(), self.subscriber.stats());
-        let checked = self.handler.summary(stats.duplicates, &feedback, refusal);
+        let checked = self.handler.summary(stats, &feedback, refusal);
         self.reporter.emit(&RoleEvent::Checked(checked.clone()))?;
         self.reporter.print(|| summary(&checked));
         Ok(())
     }
 
     fn write_executed(&self, record: &Record<'_>) -> Result<(), CommandError> {
-        let Record { path, scenario, world } = record;
-        let (model, executed) = (self.handler.model(), self.handler.executed());
+        let Record { path, scenario, world, disturb_seed } = record;
+        let (model, walked) = (self.handler.model(), self.handler.executed());
+        let executed = (&walked[..], *disturb_seed);
         let folder = output_files::plan_folder(path);
-        Ok(save(&executed_plan(model, world, scenario, &executed, &folder), path)?)
+        Ok(save(&executed_plan(model, world, scenario, executed, &folder), path)?)
     }
 }
 
@@ -246,6 +252,10 @@ fn summary(checked: &CheckSummary) -> String {
     );
     let so_far = match checked.stops() {
         Some(stops) => format!("{so_far}; {stops}"),
+        None => so_far,
+    };
+    let so_far = match checked.dropped() {
+        Some(dropped) => format!("{so_far}; {dropped}"),
         None => so_far,
     };
     match &checked.refusal {

@@ -46,8 +46,12 @@ fn run_command(arguments: &Arguments) -> u8 {
         Command::Completions(arguments) => completions::run(arguments),
         Command::Man(arguments) => man::run(arguments),
     };
-    // A signal that came at the very end is not forgotten; a controller that serves ends by one.
-    let ends_by_signal = matches!(&arguments.command, Command::Control(control) if control.serve);
+    // A signal that came at the very end is not forgotten; a process that serves ends by one.
+    let ends_by_signal = match &arguments.command {
+        Command::Control(control) => control.serve,
+        Command::Plan(plan) => plan.serve,
+        _ => false,
+    };
     let result = match result {
         Ok(outcome) if !ends_by_signal => CommandError::unless_interrupted().map(|()| outcome),
         result => result,

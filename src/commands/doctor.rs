@@ -90,9 +90,11 @@ fn collision_pairs(inputs: &Inputs) -> Vec<Finding> {
     let unshaped = checker.unshaped_links().map(|link| {
         Finding::advice(format!("robot: no collision check covers {link}, which has no shape"))
     });
+    let idle = checker.idle_overlaps().iter();
+    let idle = idle.map(|line| Finding::advice(format!("robot: {line}; remove it")));
     let hollow = checker.hollow_soles();
     let facts = overlaps.cloned().chain(hollow);
-    facts.map(|line| Finding::good(format!("robot: {line}"))).chain(unshaped).collect()
+    facts.map(|line| Finding::good(format!("robot: {line}"))).chain(unshaped).chain(idle).collect()
 }
 
 fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {

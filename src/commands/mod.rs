@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod check;
+mod colliding_links;
 pub mod completions;
 pub mod config;
 pub mod control;

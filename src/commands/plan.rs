@@ -65,7 +65,10 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
     }
     let deferral = signals::defer();
     if arguments.serve {
-        return serve::run(arguments, &inputs, preparation, reporter);
+        return match serve::run(arguments, &inputs, preparation, reporter) {
+            Err(CommandError::Interrupted(_)) => Ok(CommandOutcome::Done),
+            ended => ended,
+        };
     }
     let mut run = Run { arguments, inputs, preparation, report, reporter };
     let ended = run.plan_and_deliver();

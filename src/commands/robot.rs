@@ -2,11 +2,10 @@
 
 mod add;
 mod add_summary;
-mod colliding_links;
 mod inspect;
 mod inspect_text;
 mod made_folder;
-mod trial;
+pub(crate) mod trial;
 
 use crate::cli::robot_arguments::RobotCommand;
 use crate::report::command_error::{CommandError, CommandOutcome};

@@ -1,14 +1,17 @@
 //! Advances a planner to the end of its search.
 
+use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::pipeline::{Improvement, SearchStats};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::message::LimitKind;
 
+use crate::commands::colliding_links;
 use crate::report::binding::{BindingShare, shares_of};
 use crate::report::command_error::CommandError;
 use crate::report::event::{
-    Bottleneck, Diagnosis, Improved, PlanResult, Planned, RoleEvent, SearchProgress, SmoothMotion,
+    Bottleneck, CollidingLinks, Diagnosis, Improved, PlanResult, Planned, RoleEvent,
+    SearchProgress, SmoothMotion,
 };
 use crate::report::liveness;
 use crate::report::walk_facts::WalkFacts;
@@ -20,6 +23,8 @@ use crate::system::{allocations, signals};
 const WORK_PER_STEP_MIN: u64 = 1_000;
 /// A long search reads the clock after one part in this many of its work so far.
 const SHARE_PER_STEP: u64 = 16;
+/// Least share of self-collisions among all rejections that is a main reason.
+const SELF_COLLISIONS_MIN: f64 = 0.25;
 /// Time between two progress events, s.
 const EMIT_INTERVAL_SECONDS: f64 = 0.1;
 
@@ -292,5 +297,39 @@ fn diagnosis(planner: &Planner) -> Diagnosis {
             .zip(stats.rejections)
             .filter(|(_, count)| *count > 0)
             .collect(),
+        colliding: colliding(planner.constraints(), &stats.rejections),
+    }
+}
+
+/// The links that collide most often, where self-collisions are a main reason of rejections.
+fn colliding(
+    constraints: &Constraints,
+    rejections: &[u64; Rejection::COUNT],
+) -> Option<CollidingLinks> {
+    let total: u64 = rejections.iter().sum();
+    let collisions = rejections[Rejection::SelfCollision as usize];
+    let is_main = collisions as f64 >= SELF_COLLISIONS_MIN * total as f64 && total > 0;
+    let (links, percent) = colliding_links::most_often(constraints).filter(|_| is_main)?;
+    Some(CollidingLinks { links, percent })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::commands::colliding_links::tests::{constraints_of, hubo_with_a_ball};
+
+    #[test]
+    fn links_that_collide_are_named_where_self_collisions_are_a_main_reason() {
+        let constraints = constraints_of(&hubo_with_a_ball());
+        let named = |collisions| {
+            let mut rejections = [0; Rejection::COUNT];
+            rejections[Rejection::SelfCollision as usize] = collisions;
+            rejections[Rejection::Unreachable as usize] = 100 - collisions;
+            colliding(&constraints, &rejections).map(|pair| pair.describe())
+        };
+        let line = named(30).unwrap();
+        let begin = "link 'right_shin' collides with link 'right_foot' in ";
+        assert!(line.starts_with(begin) && line.ends_with("as it shifts its weight"), "{line}");
+        assert_eq!((named(20), named(0)), (None, None));
     }
 }

@@ -227,6 +227,26 @@ pub struct Diagnosis {
     pub bottleneck: Option<Bottleneck>,
     /// Configurations and motions that were rejected, by reason.
     pub rejections: BTreeMap<String, u64>,
+    /// The links that collide most often as the robot shifts its weight, where self-collisions are
+    /// a main reason.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colliding: Option<CollidingLinks>,
+}
+
+/// Two links of the robot that collide, and how often.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CollidingLinks {
+    /// Which, in words.
+    pub links: String,
+    /// The share of postures with both feet as they stand in which they do, %.
+    pub percent: f64,
+}
+
+impl CollidingLinks {
+    /// One line of text.
+    pub fn describe(&self) -> String {
+        format!("{} in {:.0} % of postures as it shifts its weight", self.links, self.percent)
+    }
 }
 
 /// Where most sequences of a search failed.
@@ -355,6 +375,9 @@ pub struct CheckSummary {
     pub accepted: u64,
     /// Chunks received again after they had been accepted.
     pub duplicated: u64,
+    /// Chunks with a wrong CRC, which were dropped.
+    #[serde(default)]
+    pub damaged: u64,
     /// Chunks that this controller held back (`--late`).
     #[serde(default)]
     pub late_chunks: u64,
@@ -375,6 +398,12 @@ impl CheckSummary {
     pub fn stops(&self) -> Option<String> {
         let Self { late_chunks, brakes, stood_seconds, .. } = *self;
         describe_stops(late_chunks, brakes, stood_seconds)
+    }
+
+    /// The dropped chunks in one line; nothing if there were none.
+    pub fn dropped(&self) -> Option<String> {
+        let chunks = if self.damaged == 1 { "chunk" } else { "chunks" };
+        (self.damaged > 0).then(|| format!("{} damaged {chunks} dropped (wrong CRC)", self.damaged))
     }
 }
 

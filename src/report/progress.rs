@@ -78,8 +78,9 @@ fn milestone(event: &RoleEvent) -> Option<String> {
         }
         RoleEvent::Checked(checked) => {
             let stops = checked.stops().map_or(String::new(), |stops| format!("; {stops}"));
+            let dropped = checked.dropped().map_or(String::new(), |dropped| format!("; {dropped}"));
             let CheckSummary { accepted, check_seconds, .. } = checked;
-            Some(format!("{accepted} chunks checked in {check_seconds:.3} s{stops}"))
+            Some(format!("{accepted} chunks checked in {check_seconds:.3} s{stops}{dropped}"))
         }
         _ => None,
     }

@@ -119,6 +119,9 @@ pub struct Chunks {
     /// Chunks that the controller received again after it had accepted them, and did not walk
     /// again.
     pub duplicated: u64,
+    /// Chunks with a wrong CRC that the controller dropped; none of the planner's is among them
+    /// unless it was sent again.
+    pub damaged: u64,
     /// Number of times that a chunk was sent again.
     pub resent: u64,
 }
@@ -248,6 +251,7 @@ impl Report {
             lost: if refused || is_stopped { 0 } else { unanswered },
             in_flight: if is_stopped { unanswered } else { 0 },
             duplicated: delivered.duplicated.max(self.chunks.duplicated),
+            damaged: self.chunks.damaged,
             resent: delivered.resent,
         };
         if self.check_seconds.is_none() {
@@ -260,6 +264,7 @@ impl Report {
     fn record_checked(&mut self, checked: &CheckSummary) {
         self.check_seconds = Some(checked.check_seconds);
         self.chunks.duplicated = checked.duplicated.max(self.chunks.duplicated);
+        self.chunks.damaged = checked.damaged.max(self.chunks.damaged);
         (self.late_chunks, self.brakes) = (checked.late_chunks, checked.brakes);
         self.stood_seconds = checked.stood_seconds;
         self.margins = checked.margins;
@@ -321,6 +326,7 @@ mod tests {
             check_seconds: 0.5,
             accepted: 3,
             duplicated: 2,
+            damaged: 5,
             late_chunks: 4,
             brakes: 2,
             stood_seconds: 3.12,
@@ -342,7 +348,15 @@ mod tests {
             let no_chunks = Chunks::default();
             assert_eq!(
                 report.chunks,
-                Chunks { sent: 7, accepted: 3, refused: 1, duplicated: 2, resent: 2, ..no_chunks }
+                Chunks {
+                    sent: 7,
+                    accepted: 3,
+                    refused: 1,
+                    duplicated: 2,
+                    damaged: 5,
+                    resent: 2,
+                    ..no_chunks
+                }
             );
             assert_eq!(report.margins.torque, Some(0.25));
             let text = crate::report::summary::text(&report);

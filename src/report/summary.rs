@@ -116,6 +116,9 @@ fn explain(diagnosis: Option<&Diagnosis>, line: &mut dyn FnMut(&str, String)) {
     if !diagnosis.rejections.is_empty() {
         line("rejected", rejected(&diagnosis.rejections));
     }
+    if let Some(colliding) = &diagnosis.colliding {
+        line("collides", colliding.describe());
+    }
 }
 
 fn headline(report: &Report) -> String {
@@ -180,10 +183,14 @@ fn chunks(report: &Report) -> String {
         0 => String::new(),
         number => format!(", {number} on their way"),
     };
+    let damaged = match chunks.damaged {
+        0 => String::new(),
+        number => format!(", {number} damaged and dropped"),
+    };
     let checked =
         report.check_seconds.map(|time| format!(", checked in {time:.3} s")).unwrap_or_default();
     format!(
-        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{checked}",
+        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{damaged}{checked}",
         chunks.sent, chunks.accepted, chunks.lost, chunks.duplicated
     )
 }

@@ -1,7 +1,8 @@
 //! The subscriber's state in the stream, and the triage of a received chunk before its content is
 //! checked.
 //!
-//! The CRC comes first; no field is used until it matches. The content of a chunk is checked only
+//! The CRC comes first; no field is used until it matches, and a damaged chunk is dropped: nothing
+//! in it says who sent it. The content of a chunk is checked only
 //! if the chunk is for this controller, of the current planner session, of the plan in execution,
 //! and the next one.
 
@@ -43,6 +44,8 @@ pub struct ReceiverStats {
     pub stale: u64,
     /// Meant for another controller.
     pub foreign: u64,
+    /// Damaged: their CRC is not that of their bytes. The planner sends its own again.
+    pub damaged: u64,
 }
 
 /// What the robot does with the accepted chunks.
@@ -59,9 +62,9 @@ pub struct WalkProgress {
 pub(crate) enum ChunkTriage {
     /// It is the next one: check its content.
     Check,
-    /// It is damaged or does not continue the stream: refuse it for this reason.
+    /// It does not continue the stream: refuse it for this reason.
     Refuse(Check),
-    /// Nothing: a duplicate, a gap, stale, for another controller, or after a refusal.
+    /// Nothing: damaged, a duplicate, a gap, stale, for another controller, or after a refusal.
     Ignore,
 }
 
@@ -235,11 +238,8 @@ impl StreamState {
     pub(crate) fn triage(&mut self, chunk: &PlanChunk) -> ChunkTriage {
         self.stats.received += 1;
         if !chunk.crc_matches() {
-            return if self.progress.refusal.is_some() {
-                ChunkTriage::Ignore
-            } else {
-                ChunkTriage::Refuse(Check::Crc)
-            };
+            self.stats.damaged += 1;
+            return ChunkTriage::Ignore;
         }
         if chunk.target_controller != self.controller_id {
             self.stats.foreign += 1;

@@ -8,7 +8,7 @@
 //! standing posture may overlap as deep as there. Joints that are locked separate links, too.
 
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::model::{JointIndex, LinkIndex, RobotModel};
+use surefoot_shared_types::robot::model::{AllowedOverlap, JointIndex, LinkIndex, RobotModel};
 
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::body_depth;
@@ -185,6 +185,55 @@ pub fn describe(pairs: &[SelfPair], bodies: &[CollisionBody]) -> Vec<String> {
         .collect();
     lines.dedup();
     lines
+}
+
+/// The entries of the robot file under `[[allowed_overlaps]]` that allow nothing, one line each
+/// with the reason.
+pub fn without_effect(
+    robot: &RobotModel,
+    pairs: &[SelfPair],
+    bodies: &[CollisionBody],
+) -> Vec<String> {
+    let model = robot.unlocked();
+    let line = |allowed: &AllowedOverlap| {
+        let ([a, b], reason) = (&allowed.links, reason_of_none(&model, allowed, (pairs, bodies))?);
+        Some(format!("[[allowed_overlaps]] of {a} and {b} has no effect: {reason}"))
+    };
+    robot.allowed_overlaps.iter().filter_map(line).collect()
+}
+
+/// Why an entry allows nothing; nothing if it does.
+fn reason_of_none(
+    model: &RobotModel,
+    allowed: &AllowedOverlap,
+    (pairs, bodies): (&[SelfPair], &[CollisionBody]),
+) -> Option<String> {
+    let link = |name: &String| model.links.iter().position(|link| link.name == *name);
+    let [Some(a), Some(b)] = allowed.links.each_ref().map(link) else {
+        return Some("one of them is part of another link".into());
+    };
+    let between = joints_between(model, (a, b)).len();
+    if between == 0 {
+        return Some("no joint lies between them, so they are not checked".into());
+    }
+    let is_meant = |pair: &&SelfPair| {
+        let links = [pair.bodies.0, pair.bodies.1].map(|index| bodies[index].link);
+        links == [Some(a), Some(b)] || links == [Some(b), Some(a)]
+    };
+    let mut meant = pairs.iter().filter(is_meant).peekable();
+    if meant.peek().is_none() {
+        return Some("one of them has no collision shape".into());
+    }
+    let mut overlapping = meant.filter(|pair| pair.standing_depth > 0.0).peekable();
+    if overlapping.peek().is_none() {
+        return Some("they are clear of each other as the robot stands, and must stay so".into());
+    }
+    if between > NEAR_MAX {
+        return Some(format!("{between} joints lie between them, and at most {NEAR_MAX} may"));
+    }
+    let least = overlapping.map(|pair| pair.depth_max).fold(f64::INFINITY, f64::min);
+    let is_deeper = least <= allowed.depth + 2.0 * DEPTH_ROUNDING;
+    (!is_deeper).then(|| format!("they may overlap by {:.1} mm without it", 1e3 * least))
 }
 
 /// What a robot file has to say for these bodies to overlap `depth` (m) deep.

@@ -15,7 +15,7 @@ use crate::base::comparison::largest;
 use crate::check::acceleration::{
     check_acceleration, check_stated_accelerations, peak_acceleration,
 };
-use crate::check::allowed_pairs::{describe, self_pairs};
+use crate::check::allowed_pairs::{describe, self_pairs, without_effect};
 use crate::check::balance::{check_balance, friction_reserve};
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
 use crate::check::collision::CollisionModel;
@@ -63,6 +63,8 @@ pub struct Checker {
     collisions: CollisionModel,
     /// The pairs of links that may overlap, one line each.
     allowed_overlaps: Vec<String>,
+    /// The entries of the robot file that allow no overlap, one line each.
+    idle_overlaps: Vec<String>,
     /// Whether accelerations of a smooth motion stay within the default limit where the robot file
     /// states none.
     keeps_default_accelerations: bool,
@@ -95,6 +97,7 @@ impl Checker {
         let unlocked = model.unlocked();
         let pairs = self_pairs(&model, &robot_bodies);
         let allowed_overlaps = describe(&pairs, &robot_bodies);
+        let idle_overlaps = without_effect(&model, &pairs, &robot_bodies);
         let collisions = CollisionModel::new(&model, &pairs, robot_bodies, world_bodies);
         let equilibrium = Equilibrium::new(world.mu);
         Ok(Self {
@@ -106,6 +109,7 @@ impl Checker {
             equilibrium,
             collisions,
             allowed_overlaps,
+            idle_overlaps,
             keeps_default_accelerations: false,
         })
     }
@@ -129,6 +133,12 @@ impl Checker {
     /// The pairs of links that may overlap, one line each, with the reason.
     pub fn allowed_overlaps(&self) -> &[String] {
         &self.allowed_overlaps
+    }
+
+    /// The entries of the robot file under `[[allowed_overlaps]]` that allow nothing, one line each
+    /// with the reason.
+    pub fn idle_overlaps(&self) -> &[String] {
+        &self.idle_overlaps
     }
 
     /// The links with mass that have no collision shape, each with its mass. No collision check

@@ -127,6 +127,7 @@ pub fn check_plan_in(
     plan_path: &Path,
     problem: &Problem,
 ) -> Result<PlanReport, InputError> {
+    refuse_disturbed(plan, plan_path)?;
     let Problem { model, world, config, start, goal, goal_turn_max, mut notes } = problem.clone();
     let parsed = ParsedPlan::new(plan, &model, plan_path)?;
     let input_error = |error| InputError::element(plan_path, "robot", format!("{error}"));
@@ -145,7 +146,7 @@ pub fn check_plan_in(
     if parsed.is_smooth && plan.chunks.is_empty() {
         notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
     }
-    notes.extend(checker.allowed_overlaps().iter().cloned());
+    notes.extend(checker.allowed_overlaps().iter().chain(checker.idle_overlaps()).cloned());
     let endpoint = |block: &EndBlock, waypoint: &Waypoint, turn_max: Option<f64>| {
         check_endpoint(checker.model(), block, waypoint, &parsed.joint_order, turn_max)
     };
@@ -174,6 +175,16 @@ pub fn check_plan_in(
         before = Some(phase);
     }
     Ok(report)
+}
+
+/// Refuses a walk as it was executed with misplaced feet, whose motion is not continuous.
+fn refuse_disturbed(plan: &PlanFile, plan_path: &Path) -> Result<(), InputError> {
+    let Some(seed) = plan.disturb_seed else { return Ok(()) };
+    let message = format!(
+        "the walk set feet down off their places (--disturb {seed}), so legs leap where a foot \
+         lands, which no check of a plan allows; check the plan itself, as --export writes it"
+    );
+    Err(InputError::element(plan_path, "disturb_seed", message))
 }
 
 fn transition_violation(before: &Phase, after: &Phase) -> Option<Violation> {

@@ -4,7 +4,7 @@ use crate::base::capacity::ArenaFull;
 use crate::base::random::{Random, Stream};
 use crate::base::work_budget::items_in;
 use crate::constraints::foothold::{Foothold, left_and_right};
-use crate::motion::ids::FootholdId;
+use crate::motion::ids::{FootholdId, GOAL, START};
 use crate::motion::mode_graph::ModeGraph;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
@@ -18,7 +18,8 @@ const NO_VERTEX: u32 = u32::MAX;
 /// Most neighbours that a foothold is connected with.
 const NEIGHBOURS_MAX: usize = 128;
 /// Of all neighbours in one cell of this width (m) around a foothold only the nearest is connected,
-/// so that many near ones do not displace the few across a gap.
+/// so that many near ones do not displace the few across a gap. Footholds of start and goal do not
+/// displace each other: a step may lead from one to the other.
 const NEIGHBOUR_CELL: f64 = 0.1;
 
 type Batch<T> = heapless::Vec<T, BATCH_MAX>;
@@ -70,6 +71,7 @@ fn connect(
 ) -> Result<(), ArenaFull> {
     let steps = context.preparation.step_limits();
     let (graph, connections) = (&search.roadmap.graph, &search.connections);
+    let ends = [START, GOAL].map(|end| search.roadmap.boundary(end).footholds);
     let neighbours = |id: FootholdId| {
         let is_new = id >= graph.connected();
         if is_new && connections.uniform_from.is_some_and(|first| id >= first) {
@@ -79,7 +81,8 @@ fn connect(
             let soles = left_and_right(a, b).map(|foothold| &foothold.world_from_sole);
             if steps.may_step(soles) { is_new } else { connections.long_steps }
         };
-        let mut found = neighbours(context, graph, id, steps.reach(), is_due);
+        let mut found =
+            neighbours(context, (graph, ends.as_flattened()), id, steps.reach(), is_due);
         if is_new {
             add_partner(graph, id, &mut found);
         }
@@ -143,10 +146,10 @@ struct Neighbour {
 }
 
 /// The earlier footholds of the other foot that a foothold is to be connected with: within `reach`
-/// (m), due, and such that the feet do not collide.
+/// (m), due, and such that the feet do not collide. `ends` are the footholds of start and goal.
 fn neighbours(
     context: &PlanningContext,
-    graph: &ModeGraph,
+    (graph, ends): (&ModeGraph, &[FootholdId]),
     foothold: FootholdId,
     reach: f64,
     is_due: impl Fn(&Foothold, &Foothold) -> bool,
@@ -162,7 +165,10 @@ fn neighbours(
         let offset = other.world_from_sole.translation - position;
         let cell = (offset / NEIGHBOUR_CELL).round().as_ivec3();
         let neighbour = Neighbour { cell, distance, id };
-        match neighbours.iter_mut().find(|known| known.cell == cell) {
+        let competes = |known: &&mut Neighbour| {
+            known.cell == cell && !(ends.contains(&known.id) && ends.contains(&id))
+        };
+        match neighbours.iter_mut().find(competes) {
             Some(known) if known.distance <= distance => {}
             Some(known) => *known = neighbour,
             None => drop(neighbours.push(neighbour)),

@@ -2,9 +2,12 @@
 
 use std::borrow::Cow;
 use std::io::Read;
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
 use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use crate::base::closest::{closest, question};
 use crate::base::file_kind::FileKind;
@@ -91,7 +94,11 @@ impl TextFile {
     pub(crate) fn parse_toml<T: DeserializeOwned>(&self, kind: FileKind) -> Result<T, InputError> {
         toml::from_str(&self.text).map_err(|error| {
             let message = with_advice(one_line(error.message()));
-            let message = InputError::file(&self.path, message);
+            let key = error.span().and_then(|span| key_of(&self.text, &span));
+            let message = match key.filter(|_| !names_key(&message)) {
+                Some(key) => InputError::element(&self.path, key, message),
+                None => InputError::file(&self.path, message),
+            };
             let message = match error.span() {
                 Some(span) => message.at_line(line_at(self.text.as_bytes(), span.start)),
                 None => message,
@@ -99,6 +106,38 @@ impl TextFile {
             kind.needed_instead(&self.path, self.text.as_bytes(), message)
         })
     }
+}
+
+/// Whether a message of the TOML reader names the key that it is about.
+fn names_key(message: &str) -> bool {
+    ["unknown field", "missing field", "duplicate"].iter().any(|what| message.starts_with(what))
+}
+
+/// The key of the value at `span` of a TOML document, as `feet[0].polygon`; nothing where the text
+/// is no TOML, or nothing stands there.
+fn key_of(text: &str, span: &Range<usize>) -> Option<String> {
+    key_within(DeTable::parse(text).ok()?.get_ref(), span)
+}
+
+fn key_within(table: &DeTable<'_>, span: &Range<usize>) -> Option<String> {
+    table
+        .iter()
+        .find_map(|(name, value)| Some(format!("{}{}", name.get_ref(), path_within(value, span)?)))
+}
+
+/// The path from a value to the one at `span` within it, empty if that is the value itself. The
+/// span of a table of its own lines is its header.
+fn path_within(value: &Spanned<DeValue<'_>>, span: &Range<usize>) -> Option<String> {
+    let within = match value.get_ref() {
+        DeValue::Table(table) => key_within(table, span).map(|key| format!(".{key}")),
+        DeValue::Array(values) => values
+            .iter()
+            .enumerate()
+            .find_map(|(at, value)| path_within(value, span).map(|path| format!("[{at}]{path}"))),
+        _ => None,
+    };
+    let holds = value.span().start <= span.start && span.end <= value.span().end;
+    within.or_else(|| holds.then(String::new))
 }
 
 /// Refuses bytes that are no text of one byte a letter, or none at all.

@@ -47,7 +47,17 @@ fn check_robot(robot: &RobotBlock) -> Result<(), String> {
     for (name, limit) in &robot.acceleration_limits {
         check_positive(&format!("acceleration_limits '{name}'"), &[*limit])?;
     }
-    check_positive("effort_scale", &[robot.effort_scale.unwrap_or(1.0)])
+    check_effort_scale(robot.effort_scale)
+}
+
+/// A plan may weaken the motors of its robot, but not strengthen them.
+fn check_effort_scale(scale: Option<f64>) -> Result<(), String> {
+    let Some(scale) = scale else { return Ok(()) };
+    check_positive("effort_scale", &[scale])?;
+    if scale > 1.0 {
+        return Err(format!("effort_scale is {scale}; it must be at most 1"));
+    }
+    Ok(())
 }
 
 fn check_foot_names<T>(feet: &BTreeMap<String, T>) -> Result<(), String> {

@@ -51,16 +51,21 @@ pub fn plan_from_chunks(
 }
 
 /// The plan file of a motion as a robot executed it, as [`plan_from_chunks`] makes it, but without
-/// chunks: those of a plan name stops, and this motion has taken its own.
+/// chunks: those of a plan name stops, and this motion has taken its own. `disturb_seed` is that of
+/// the feet's displacements, if there were any.
 pub fn executed_plan(
     robot: &RobotModel,
     world: &World,
     scenario: &Scenario,
-    executed: &[PlanChunk],
+    (executed, disturb_seed): (&[PlanChunk], Option<u64>),
     plan_dir: &Path,
 ) -> PlanFile {
     let chunks = Vec::new();
-    PlanFile { chunks, ..plan_from_chunks(robot, world, scenario, executed, plan_dir) }
+    PlanFile {
+        chunks,
+        disturb_seed,
+        ..plan_from_chunks(robot, world, scenario, executed, plan_dir)
+    }
 }
 
 /// The start and the goal of a stream of chunks that answers a scenario.
@@ -106,6 +111,7 @@ pub fn plan_without_origin(
         start,
         goal,
         origin: None,
+        disturb_seed: None,
     }
 }
 

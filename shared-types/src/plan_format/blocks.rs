@@ -33,6 +33,10 @@ pub struct PlanFile {
     /// What the plan was made from. Other programs ignore it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<OriginBlock>,
+    /// The seed with which feet were set down off their places (`--disturb`). The file holds such a
+    /// walk as it was executed: the leg of a foot leaps where it lands, so it cannot be checked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disturb_seed: Option<u64>,
 }
 
 /// Digests of what a plan was made from, as hexadecimal SHA-256. Those of robot, world and scenario

@@ -219,7 +219,18 @@ fn allowed_overlaps(
     complaints: &mut Vec<InputError>,
 ) -> Vec<AllowedOverlap> {
     let known = |name: &String| urdf.links.iter().any(|link| link.name == *name);
-    for (allowed, location) in &spec.allowed_overlaps {
+    for (at, (allowed, location)) in spec.allowed_overlaps.iter().enumerate() {
+        let [a, b] = &allowed.links;
+        let is_same = |(other, _): &(AllowedOverlap, FileLocation)| {
+            other.links.contains(a) && other.links.contains(b)
+        };
+        if a == b {
+            let message = format!("names '{a}' twice; name two links");
+            complaints.push(location.error("allowed_overlaps", message));
+        } else if spec.allowed_overlaps[..at].iter().any(is_same) {
+            let message = format!("'{a}' and '{b}' stand there twice; remove one entry");
+            complaints.push(location.error("allowed_overlaps", message));
+        }
         let unknown = allowed.links.iter().filter(|name| !known(name));
         complaints.extend(
             unknown.map(|name| location.error("allowed_overlaps", no_such_link(urdf, name))),

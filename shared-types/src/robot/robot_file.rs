@@ -146,8 +146,10 @@ pub(crate) fn spec_from_block(
         })
         .collect::<Result<_, _>>()?;
     let effort_scale = block.effort_scale.unwrap_or(1.0);
-    check_positive("it", &[effort_scale])
-        .map_err(|message| location.error("effort_scale", message))?;
+    if !(effort_scale > 0.0 && effort_scale <= 1.0) {
+        let message = format!("is {effort_scale}; it must be positive and at most 1");
+        return Err(location.error("effort_scale", message));
+    }
     check_urdf_is_there(&block.urdf, base_dir, &location)?;
     let named = named_robot_file(block, base_dir)?;
     let urdf_additions = block.urdf_additions.with_folders(|_| String::new());
@@ -180,7 +182,7 @@ pub(crate) fn spec_from_block(
         additions: block.urdf_additions.with_folders(|folder| joined(base_dir, folder)),
         additions_location: location,
         allowed_overlaps,
-        effort_scale: effort_scale.min(1.0),
+        effort_scale,
         bytes,
     })
 }

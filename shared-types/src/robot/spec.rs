@@ -15,6 +15,8 @@ use crate::robot::model::AllowedOverlap;
 
 /// The smallest area of a sole, m2.
 const SOLE_AREA_MIN: f64 = 1e-6;
+/// How far a sole's outline may lie within its convex hull, by rounding, m.
+const CONCAVE_MAX: f64 = 1e-4;
 /// How far a sole may reach from its frame, m.
 const SOLE_REACH_MAX: f64 = 1.0;
 
@@ -63,8 +65,8 @@ pub(crate) struct FootSpec {
 }
 
 impl FootSpec {
-    /// A foot with the convex hull of `outline` as its sole; the message names the problem of
-    /// it.
+    /// A foot whose sole is `outline`, without corners that lie on its edges; the message names the
+    /// problem of it.
     pub(crate) fn new(
         name: String,
         link: String,
@@ -86,8 +88,8 @@ fn sole_polygon(outline: &[[f64; 2]]) -> Result<Vec<DVec2>, String> {
             "polygon reaches {far} m from the sole frame; at most {SOLE_REACH_MAX} m is allowed"
         ));
     }
-    let polygon =
-        convex_polygon(&outline.iter().map(|point| DVec2::from_array(*point)).collect::<Vec<_>>());
+    let outline: Vec<DVec2> = outline.iter().map(|point| DVec2::from_array(*point)).collect();
+    let polygon = convex_polygon(&outline);
     if polygon.len() < 3 || polygon_area(&polygon) < SOLE_AREA_MIN {
         return Err(format!(
             "polygon is degenerate; its corners must enclose at least {SOLE_AREA_MIN:e} m2"
@@ -99,5 +101,30 @@ fn sole_polygon(outline: &[[f64; 2]]) -> Result<Vec<DVec2>, String> {
             polygon.len()
         ));
     }
+    check_convex(&outline, &polygon)?;
     Ok(polygon)
+}
+
+/// An error unless an outline is its convex hull: nothing outside of the sole carries.
+fn check_convex(outline: &[DVec2], hull: &[DVec2]) -> Result<(), String> {
+    let edges = || hull.iter().zip(hull.iter().cycle().skip(1));
+    let inside = |corner: &DVec2| {
+        let within = |(a, b): (&DVec2, &DVec2)| (*b - *a).normalize().perp_dot(*corner - *a);
+        edges().map(within).fold(f64::INFINITY, f64::min)
+    };
+    if let Some(corner) = outline.iter().find(|corner| inside(corner) > CONCAVE_MAX) {
+        return Err(format!(
+            "polygon is not convex: corner [{}, {}] lies {:.1} mm inside the outline of the \
+             others; leave it out, or choose the largest convex part that carries",
+            corner.x,
+            corner.y,
+            1e3 * inside(corner)
+        ));
+    }
+    let perimeter: f64 = edges().map(|(a, b)| a.distance(*b)).sum();
+    let differs = (polygon_area(hull) - polygon_area(outline).abs()).abs();
+    if differs > CONCAVE_MAX * perimeter {
+        return Err("polygon crosses itself; list its corners in order around the sole".into());
+    }
+    Ok(())
 }

@@ -63,7 +63,7 @@ pub fn run(arguments: &LateArguments) -> Result<CommandOutcome, CommandError> {
         let late = LateChunks { seed, share: arguments.share };
         let executed = report.add(&late, &mut checker, &chunks);
         if let Some(folder) = arguments.out.as_ref().filter(|_| !executed.is_empty()) {
-            let plan = executed_plan(model, world, scenario, &executed, folder);
+            let plan = executed_plan(model, world, scenario, (&executed, None), folder);
             save(&plan, &folder.join(format!("{}_late_{seed}.json", scenario.name)))?;
         }
     }

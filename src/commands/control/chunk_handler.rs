@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 
+use surefoot_controller_sim::channel::ReceiverStats;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, ChunkExecution};
 use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
 use surefoot_controller_sim::missing_contact;
@@ -132,7 +133,7 @@ impl ChunkHandler {
     /// Summary at the end of a plan, of a controller that has published `feedback`.
     pub(crate) fn summary(
         &self,
-        duplicated: u64,
+        stats: ReceiverStats,
         feedback: &Feedback,
         refusal: Option<Refusal>,
     ) -> CheckSummary {
@@ -140,7 +141,8 @@ impl ChunkHandler {
         CheckSummary {
             check_seconds: self.seconds,
             accepted: self.executor.next_sequence(),
-            duplicated,
+            duplicated: stats.duplicates,
+            damaged: stats.damaged,
             late_chunks: self.robot.late_chunks(),
             brakes: feedback.brakes,
             stood_seconds: feedback.stood,

@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::report::event::CollidingLinks;
+
 /// Rejection reasons and what each says about robot and world.
 const REASONS: [(&str, &str); 7] = [
     (
@@ -71,6 +73,9 @@ fn diagnosis_lines(diagnosis: &Value) -> Vec<String> {
         }
     }
     lines.extend(rejection_lines(diagnosis));
+    let colliding = diagnosis.get("colliding").cloned();
+    let colliding = colliding.and_then(|pair| serde_json::from_value::<CollidingLinks>(pair).ok());
+    lines.extend(colliding.map(|pair| pair.describe()));
     lines
 }
 

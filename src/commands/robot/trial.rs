@@ -12,7 +12,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
-use crate::commands::robot::colliding_links;
+use crate::commands::colliding_links;
 use crate::commands::search_loop;
 use crate::input::preparation_cache;
 use crate::report::command_error::CommandError;
@@ -58,7 +58,7 @@ pub(crate) fn run(model: &RobotModel, quiet: bool) -> Result<Trial, CommandError
         ending: ending(&planned),
         steps: planned.steps,
         strain: strain(model, &planner),
-        colliding: colliding_links::find(planner.constraints()),
+        colliding: colliding_links::frequent(planner.constraints()),
     })
 }
 

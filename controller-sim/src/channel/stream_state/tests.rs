@@ -58,7 +58,15 @@ fn duplicates_gaps_and_foreign_chunks_are_counted_and_not_checked() {
     assert!(state.is_finished());
     assert_eq!(
         state.stats(),
-        ReceiverStats { received: 9, accepted: 4, duplicates: 2, gaps: 2, stale: 0, foreign: 1 }
+        ReceiverStats {
+            received: 9,
+            accepted: 4,
+            duplicates: 2,
+            gaps: 2,
+            stale: 0,
+            foreign: 1,
+            damaged: 0
+        }
     );
     assert_eq!(state.feedback(1, WalkProgress::default()).stream, chunks[3].stream_after());
 }
@@ -70,13 +78,11 @@ fn damage_is_detected_before_any_field_is_used() {
         let mut state = StreamState::new(ME);
         let mut damaged = chunks[0];
         bytemuck::bytes_of_mut(&mut damaged)[bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(walk(&mut state, &damaged), ChunkTriage::Refuse(Check::Crc), "header bit {bit}");
-        assert_eq!(walk(&mut state, &damaged), ChunkTriage::Ignore, "a refusal stays");
+        assert_eq!(walk(&mut state, &damaged), ChunkTriage::Ignore, "header bit {bit}");
+        assert_eq!((state.stats().damaged, state.refusal()), (1, None));
         let feedback = state.feedback(1, WalkProgress::default());
-        assert_eq!(
-            (feedback.verdict, feedback.check, feedback.session),
-            (Verdict::Refused as u32, Check::Crc as u32, 0)
-        );
+        assert_eq!((feedback.verdict, feedback.session), (Verdict::Waiting as u32, 0));
+        assert_eq!(walk(&mut state, &chunks[0]), ChunkTriage::Check, "the planner's own follows");
     }
 }
 
@@ -104,7 +110,15 @@ fn a_restarted_planner_continues_and_its_predecessor_is_stale() {
     assert_eq!(walk(&mut state, &new[2]), ChunkTriage::Check);
     assert_eq!(
         state.stats(),
-        ReceiverStats { received: 5, accepted: 3, duplicates: 1, gaps: 0, stale: 1, foreign: 0 }
+        ReceiverStats {
+            received: 5,
+            accepted: 3,
+            duplicates: 1,
+            gaps: 0,
+            stale: 1,
+            foreign: 0,
+            damaged: 0
+        }
     );
 }
 

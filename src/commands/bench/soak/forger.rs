@@ -86,7 +86,7 @@ impl Forger {
     /// yet.
     pub(crate) fn disturb(&self, random: &mut Random) -> Option<&'static str> {
         let last = self.received[0]?;
-        let (has_sent, event) = match random.below(5) {
+        let (has_sent, event) = match random.below(6) {
             0 => {
                 let refusal = Feedback {
                     verdict: Verdict::Refused as u32,
@@ -107,6 +107,15 @@ impl Forger {
             3 => {
                 let repeat = |before| self.forge(before);
                 (self.received[1].is_some_and(repeat), "feedback repeated")
+            }
+            4 => {
+                let damaged = self.last_chunk.as_deref().map(|chunk| PlanChunk {
+                    sequence: chunk.sequence + 1,
+                    crc: !chunk.crc,
+                    ..*chunk
+                });
+                let send = |chunk: PlanChunk| self.chunks.send_copy(chunk).is_ok();
+                (damaged.is_some_and(send), "damaged chunk forged")
             }
             _ => {
                 let chunk = self.last_chunk.as_deref();

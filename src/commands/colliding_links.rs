@@ -15,9 +15,14 @@ const SHIFTS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 /// Below this share of colliding postures walks are found as well as without.
 const SHARE_MIN: f64 = 0.4;
 
+/// The links that [`most_often`] collide, where they do so in more than a few postures.
+pub(crate) fn frequent(constraints: &Constraints) -> Option<(String, f64)> {
+    most_often(constraints).filter(|(_, percent)| *percent >= 100.0 * SHARE_MIN)
+}
+
 /// The links that collide most often as the robot stands with its feet where they are, lower and
-/// to the sides, and the share of such postures in which they do, in percent; `None` where few do.
-pub(crate) fn find(constraints: &Constraints) -> Option<(String, f64)> {
+/// to the sides, and the share of such postures in which they do, in percent; `None` where none do.
+pub(crate) fn most_often(constraints: &Constraints) -> Option<(String, f64)> {
     let robot = &constraints.robot;
     let soles = [0, 1].map(|limb| robot.legs[limb].root_from_sole(&robot.standing_q));
     let [left, right] = soles.map(|sole| sole.translation);
@@ -38,11 +43,11 @@ pub(crate) fn find(constraints: &Constraints) -> Option<(String, f64)> {
         }
     }
     let (links, most) = hits.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (most >= SHARE_MIN * count).then(|| (links, 100.0 * most / count))
+    Some((links, 100.0 * most / count))
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::path::Path;
 
     use surefoot_planner::collision::model::CollisionModel;
@@ -55,19 +60,25 @@ mod tests {
     use super::*;
     use crate::commands::robot::trial::level_ground;
 
-    fn found(model: &RobotModel) -> Option<(String, f64)> {
+    pub(crate) fn constraints_of(model: &RobotModel) -> Constraints {
         let config = PlannerConfig::default();
         let robot = Mechanism::new(model, &config).unwrap();
         let collision = CollisionModel::new(model, &level_ground(), config.clearance).unwrap();
-        find(&Constraints::new(robot, collision, config))
+        Constraints::new(robot, collision, config)
     }
 
-    #[test]
-    fn a_shin_that_meets_its_foot_as_the_knee_bends_is_named() {
+    fn found(model: &RobotModel) -> Option<(String, f64)> {
+        frequent(&constraints_of(model))
+    }
+
+    fn hubo() -> RobotModel {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/robots/hubo/robot.toml");
-        let mut model = load_robot(&file).unwrap();
-        assert_eq!(found(&model), None);
-        // A ball on the shin, which clears the toes by 3 mm as the robot stands.
+        load_robot(&file).unwrap()
+    }
+
+    /// A robot with a ball on its right shin, which clears the toes by 3 mm as the robot stands.
+    pub(crate) fn hubo_with_a_ball() -> RobotModel {
+        let mut model = hubo();
         let robot = Mechanism::new(&model, &PlannerConfig::default()).unwrap();
         let at_rest = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
         let state = KinematicState::new(&robot, &at_rest);
@@ -80,7 +91,13 @@ mod tests {
         let ball = Shape::Sphere { radius: 0.02 };
         let link_from_shape = Pose::from_translation(at);
         model.links[shin].shapes.push(LinkShape { link_from_shape, shape: ball });
-        let (links, percent) = found(&model).unwrap();
+        model
+    }
+
+    #[test]
+    fn a_shin_that_meets_its_foot_as_the_knee_bends_is_named() {
+        assert_eq!(found(&hubo()), None);
+        let (links, percent) = found(&hubo_with_a_ball()).unwrap();
         assert_eq!(links, "link 'right_shin' collides with link 'right_foot'");
         assert!((50.0..100.0).contains(&percent), "{percent} %");
     }
