@@ -55,6 +55,19 @@ fn steps_sideways_and_backward_are_direct() {
 }
 
 #[test]
+fn goals_within_the_tolerances_are_walked_to() {
+    let goals = [([0.05, 0.0], 0.0), ([0.0, 0.08], 0.0), ([-0.1, 0.0], 0.0), ([0.0, 0.0], 0.3)];
+    for (offset, yaw) in goals {
+        let mut case = goal(offset, yaw, 0.2);
+        let tolerance = &mut case.scenario.goal_tolerance;
+        (tolerance.position, tolerance.yaw) = (0.1, 0.35);
+        let steps = found(&case, &format!("{offset:?}, {yaw} rad")).steps();
+        assert!((1..=2).contains(&steps), "{offset:?}, {yaw} rad: {steps} steps");
+    }
+    assert_eq!(found(&goal([0.004, 0.0], 0.01, 0.2), "at the goal").steps(), 0);
+}
+
+#[test]
 fn random_goals_are_found_from_narrow_and_wide_stances() {
     for index in 0..16 {
         let mut random = Random::new(7, Stream::Preparation, index, 0);

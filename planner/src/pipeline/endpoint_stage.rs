@@ -18,6 +18,11 @@ use crate::preparation::planning_context::PlanningContext;
 use crate::relaxation::Obstruction;
 use crate::robot::kinematic_state::KinematicState;
 
+/// A goal nearer to the start than this needs no step, m: about what a placed foot is off.
+const STAY_OFFSET_MAX: f64 = 5e-3;
+/// The same for its heading, rad.
+const STAY_TURN_MAX: f64 = 0.02;
+
 /// Stands the robot on the start and on the goal: the boundaries of the first and of the last
 /// segment, and the roots of Gamma_P. One unit of work.
 #[derive(Debug)]
@@ -140,13 +145,16 @@ impl EndpointStage {
         Ok([start, goal])
     }
 
-    /// Whether the start stance is within the tolerances of the goal.
+    /// Whether the start stance is the goal. A goal within its tolerances alone is walked to: it
+    /// may be one short step away.
     fn is_start_goal(&self) -> bool {
+        let [offset_max, turn_max] = [self.position_tolerance, self.yaw_tolerance];
         let soles = self.start.world_from_soles().into_iter().zip(self.goal.world_from_soles());
         let is_near = soles.into_iter().all(|(start, goal)| {
-            start.translation.distance(goal.translation) <= self.position_tolerance
+            start.translation.distance(goal.translation) <= offset_max.min(STAY_OFFSET_MAX)
         });
-        is_near && wrap_angle(self.goal.yaw - self.start.yaw).abs() <= self.yaw_tolerance
+        let turn = wrap_angle(self.goal.yaw - self.start.yaw).abs();
+        is_near && turn <= turn_max.min(STAY_TURN_MAX)
     }
 }
 
