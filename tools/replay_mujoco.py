@@ -219,7 +219,7 @@ def triangles_of(path):
         raise Unusable(f"{path}: only STL and OBJ meshes can be replayed")
     count = struct.unpack_from("<I", data, 80)[0] if len(data) >= 84 else 0
     if len(data) == 84 + 50 * count:
-        rows = np.frombuffer(data, dtype=np.dtype("<f4,(3,3)<f4,<u2"), offset=84)
+        rows = np.frombuffer(data, dtype=np.dtype("3<f4,(3,3)<f4,<u2"), offset=84)
         return np.array([row[1] for row in rows], dtype=float)
     words = data.decode(errors="replace").split()
     at = [i for i, word in enumerate(words) if word == "vertex"]

@@ -55,6 +55,19 @@ fn steps_sideways_and_backward_are_direct() {
 }
 
 #[test]
+fn goals_within_the_tolerances_are_walked_to() {
+    let goals = [([0.05, 0.0], 0.0), ([0.0, 0.08], 0.0), ([-0.1, 0.0], 0.0), ([0.0, 0.0], 0.3)];
+    for (offset, yaw) in goals {
+        let mut case = goal(offset, yaw, 0.2);
+        let tolerance = &mut case.scenario.goal_tolerance;
+        (tolerance.position, tolerance.yaw) = (0.1, 0.35);
+        let steps = found(&case, &format!("{offset:?}, {yaw} rad")).steps();
+        assert!((1..=2).contains(&steps), "{offset:?}, {yaw} rad: {steps} steps");
+    }
+    assert_eq!(found(&goal([0.004, 0.0], 0.01, 0.2), "at the goal").steps(), 0);
+}
+
+#[test]
 fn random_goals_are_found_from_narrow_and_wide_stances() {
     for index in 0..16 {
         let mut random = Random::new(7, Stream::Preparation, index, 0);
@@ -118,15 +131,4 @@ fn a_sole_at_the_goal_is_no_farther_aside_than_its_tolerance() {
     assert!(left.position[1] > 0.11, "{:?}", left.position);
     let outcome = run(&mut case(5e-3).planner(1), u64::MAX);
     assert!(matches!(outcome, Outcome::GoalInvalid(_)), "{outcome:?}");
-}
-
-#[test]
-fn a_robot_within_the_tolerances_of_its_goal_stays() {
-    let steps = |offset: f64, yaw: f64| {
-        let mut case = goal([offset, 0.0], yaw, 0.2);
-        (case.scenario.goal_tolerance.position, case.scenario.goal_tolerance.yaw) = (0.1, 0.3);
-        found(&case, &format!("{offset} m, {yaw} rad")).steps()
-    };
-    assert_eq!([steps(0.05, 0.0), steps(0.0, 0.25), steps(0.05, 0.2)], [0; 3]);
-    assert!(steps(0.15, 0.0) > 0 && steps(0.0, 0.35) > 0 && steps(0.09, 0.28) > 0);
 }

@@ -20,6 +20,11 @@ use crate::preparation::planning_context::PlanningContext;
 use crate::relaxation::Obstruction;
 use crate::robot::kinematic_state::KinematicState;
 
+/// A sole nearer to its place at the goal than this stays, m: about what a placed foot is off.
+const STAY_OFFSET_MAX: f64 = 5e-3;
+/// The same for its heading, rad.
+const STAY_TURN_MAX: f64 = 0.02;
+
 /// Stands the robot on the start and on the goal: the boundaries of the first and of the last
 /// segment, and the roots of Gamma_P. One unit of work.
 #[derive(Debug)]
@@ -139,16 +144,18 @@ impl EndpointStage {
         Ok([start, goal])
     }
 
-    /// Whether the robot stands within the tolerances of the goal, on ground as high as there.
+    /// Whether the soles are where the goal has them. A goal of which they are within the tolerances
+    /// alone is walked to: it may be one short step away.
     fn is_at_goal(&self, [start, goal]: [&Endpoint; 2]) -> bool {
         let GoalTolerance { position, yaw } = self.goal_tolerance;
+        let offset_max = STAY_OFFSET_MAX.min(TOLERANCE_SHARE * position);
+        let turn_max = STAY_TURN_MAX.min(TOLERANCE_SHARE * yaw);
         self.goal.world_from_soles().into_iter().enumerate().all(|(limb, wanted)| {
             let [sole, at_goal] =
                 [start, goal].map(|endpoint| endpoint.footholds[limb].world_from_sole);
             let place = wanted.translation.with_z(at_goal.translation.z);
             let turn = wrap_angle(yaw_of(sole.rotation) - self.goal.yaw).abs();
-            sole.translation.distance(place) <= TOLERANCE_SHARE * position
-                && turn <= TOLERANCE_SHARE * yaw
+            sole.translation.distance(place) <= offset_max && turn <= turn_max
         })
     }
 }

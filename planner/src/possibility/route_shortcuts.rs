@@ -7,8 +7,10 @@ use crate::possibility::extension::Extension;
 use crate::possibility::forest::Forest;
 use crate::possibility::guide_route::GuideRoute;
 use crate::possibility::tuning::{
-    LONG_SHORTCUTS_MAX, PARALLEL_SHORTCUTS, SHORTCUT_SPAN_MAX, SHORTCUT_SPAN_MIN, SHORTCUTS_MAX,
+    LONG_SHORTCUTS_MAX, PARALLEL_SHORTCUTS, SHORTCUT_DRAWS, SHORTCUT_SPAN_MAX, SHORTCUT_SPAN_MIN,
+    SHORTCUTS_MAX,
 };
+use crate::possibility::vertex_sampling::SIDES;
 
 /// The trees, the branches and the route that shortcuts use.
 type Parts<'a> = (&'a mut Forest, &'a mut Branches, &'a mut GuideRoute);
@@ -30,7 +32,7 @@ impl RouteShortcuts {
         extension: Extension,
         name: (u64, u64),
     ) -> bool {
-        splice_all((forest, branches, route), extension.heading_offset);
+        splice_all((forest, branches, route));
         branches.clear();
         let vertex_count = route.vertex_count();
         let is_long = vertex_count > SHORTCUT_SPAN_MAX;
@@ -44,12 +46,13 @@ impl RouteShortcuts {
         }
         let next = tries_max.min(self.tried + PARALLEL_SHORTCUTS[usize::from(is_long)]);
         for index in self.tried..next {
-            let [from, to] = ends_of_shortcut(name, index, vertex_count, span_max);
+            let [from, to] = ends_of_shortcut(route, name, index, span_max);
             branches.begin(BranchRequest {
                 kind: BranchKind::Shortcut { from, to },
                 extension: Extension {
                     target: route.pose(to),
                     target_posture: route.vertices[to].posture,
+                    heading_offset: heading_offset(route, index, [from, to], extension),
                     ..extension
                 },
                 from: route.vertices[from],
@@ -61,26 +64,57 @@ impl RouteShortcuts {
     }
 }
 
-/// The random ends of a shortcut, as indices of route vertices.
+/// The random ends of a shortcut, as indices of route vertices. Every second one has those of
+/// several draws between which the route makes the longest detour: one loop in a long route would
+/// else be met by chance.
 fn ends_of_shortcut(
+    route: &GuideRoute,
     (seed, generation): (u64, u64),
     index: usize,
-    vertex_count: usize,
     span_max: usize,
 ) -> [usize; 2] {
     let mut random = Random::new(seed, Stream::Possibility, index as u64 | 1 << 40, generation);
-    let from = random.below(vertex_count - SHORTCUT_SPAN_MIN);
-    let to = from
-        + SHORTCUT_SPAN_MIN
-        + random.below((vertex_count - from).min(span_max) - SHORTCUT_SPAN_MIN);
-    [from, to]
+    let mut draw = || {
+        let vertex_count = route.vertex_count();
+        let from = random.below(vertex_count - SHORTCUT_SPAN_MIN);
+        let span_most = (vertex_count - from).min(span_max);
+        [from, from + SHORTCUT_SPAN_MIN + random.below(span_most - SHORTCUT_SPAN_MIN)]
+    };
+    let first = draw();
+    if index.is_multiple_of(2) {
+        return first;
+    }
+    (1..SHORTCUT_DRAWS).map(|_| draw()).fold(first, |longest, ends| {
+        if detour(route, ends) > detour(route, longest) { ends } else { longest }
+    })
+}
+
+/// Heading of the robot relative to the walking direction on a shortcut, rad: every second one is
+/// walked sideways if the part that it replaces is.
+fn heading_offset(
+    route: &GuideRoute,
+    index: usize,
+    [from, to]: [usize; 2],
+    extension: Extension,
+) -> f64 {
+    let mut offsets = route.vertices[from + 1..=to].iter().map(|vertex| vertex.heading_offset);
+    let aside = offsets.find(|offset| SIDES.contains(offset));
+    aside.filter(|_| !index.is_multiple_of(2)).unwrap_or(extension.heading_offset)
+}
+
+/// By how much the route between two of its vertices is longer than the straight line between
+/// them, in the metric of Gamma_P, m.
+fn detour(route: &GuideRoute, [from, to]: [usize; 2]) -> f64 {
+    let along: f64 =
+        route.vertices[from..=to].windows(2).map(|edge| edge[0].pose.distance(&edge[1].pose)).sum();
+    along - route.pose(from).distance(&route.pose(to))
 }
 
 /// Replaces the vertices between the ends of branches that reached their target, from the last to
 /// the first. A branch that overlaps an inserted one is skipped, and one where the upright robot
 /// does not fit in place of a part where it does: shortcuts lead along walls, where the robot's
 /// arms and legs do not fit.
-fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
+fn splice_all((forest, branches, route): Parts<'_>) {
     let mut end = usize::MAX;
     loop {
         let reached = |(index, branch): (usize, &Branch)| match (branch.kind, branch.end) {
@@ -99,7 +133,7 @@ fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
             return;
         };
         end = from;
-        splice(forest, &branches.all()[index], route, ([from, to], heading_offset, is_upright));
+        splice(forest, &branches.all()[index], route, ([from, to], is_upright));
     }
 }
 
@@ -108,11 +142,11 @@ fn splice(
     forest: &mut Forest,
     branch: &Branch,
     route: &mut GuideRoute,
-    (ends, heading_offset, is_upright): ([usize; 2], f64, bool),
+    (ends, is_upright): ([usize; 2], bool),
 ) {
     let first = forest.trees[0].len();
     for candidate in &branch.grown {
-        if forest.add((0, 0), heading_offset, candidate).is_none() {
+        if forest.add((0, 0), branch.extension.heading_offset, candidate).is_none() {
             return;
         }
     }

@@ -170,6 +170,8 @@ pub(crate) const LONG_SHORTCUTS_MAX: usize = 36;
 /// Most vertices that a shortcut spans. Half as many on a longer route, which is about the average
 /// on a short one.
 pub(crate) const SHORTCUT_SPAN_MAX: usize = 96;
+/// Draws of the ends of a shortcut of which the one with the longest detour is taken.
+pub(crate) const SHORTCUT_DRAWS: usize = 8;
 /// Fewest vertices that a shortcut spans.
 pub(crate) const SHORTCUT_SPAN_MIN: usize = 3;
 

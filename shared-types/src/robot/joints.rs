@@ -143,11 +143,9 @@ fn moving_joint(
     axis: DVec3,
     spec: &RobotSpec,
 ) -> Result<JointRole, InputError> {
-    let Some(limit) = &joint.limit else {
-        return Err(input_error(
-            joint,
-            "has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file",
-        ));
+    let limit = match &joint.limit {
+        Some(limit) => limit,
+        None => &limit_of_robot_file(joint, spec)?,
     };
     let (lower, upper) = position_limits(joint, limit, spec)?;
     let mut errors = Vec::new();
@@ -199,6 +197,23 @@ fn moving_joint(
         velocity,
         stated_acceleration,
     }))
+}
+
+/// The limit of a joint without a `<limit>`, which URDF allows for continuous ones: the robot file
+/// states what it would.
+fn limit_of_robot_file(joint: &UrdfJoint, spec: &RobotSpec) -> Result<Limit, InputError> {
+    let message = if joint.joint_type != JointType::Continuous {
+        "has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file"
+    } else if spec.effort_limits.contains_key(&joint.name)
+        && spec.additions.velocity_limits.contains_key(&joint.name)
+    {
+        let location = joint.location.clone();
+        let [effort, velocity, acceleration] = [None; 3];
+        return Ok(Limit { location, range: None, effort, velocity, acceleration });
+    } else {
+        "has no <limit>; state effort and velocity there, or under [effort_limits] and [velocity_limits], or lock it in the robot file"
+    };
+    Err(input_error(joint, message))
 }
 
 /// A locked joint needs no limits of its own: limits that are not stated are infinite.

@@ -124,9 +124,10 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let tree = sort_links(&urdf, &mut complaints);
     let (Some(tree), Some(roles)) = (&tree, roles) else {
         // Meshes may be wrong as well.
-        let choice = ShapeChoice::default();
-        let mut build = |at| build_link(&urdf, at, choice, &mut meshes, &mut complaints);
-        (0..urdf.links.len()).for_each(|at| drop(build(at)));
+        for (at, link) in urdf.links.iter().enumerate() {
+            let choice = ShapeChoice::of(&spec.additions, &link.name, false);
+            drop(build_link(&urdf, at, choice, &mut meshes, &mut complaints));
+        }
         return Err(first_of(complaints, &urdf));
     };
     check_root(&urdf, tree, spec, &mut complaints);

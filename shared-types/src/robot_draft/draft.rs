@@ -19,7 +19,7 @@ use crate::robot_draft::estimates::{
 };
 use crate::robot_draft::foot_choice::choose_feet;
 use crate::robot_draft::foot_search::{LEG_JOINTS, mirrored_pairs};
-use crate::robot_draft::heading::Heading;
+use crate::robot_draft::heading::{Heading, ankle_of};
 use crate::robot_draft::locks::{Limbs, limbs};
 use crate::robot_draft::options::DraftOptions;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
@@ -226,6 +226,7 @@ impl DraftParts<'_> {
             };
             return Err(self.error(element(), message.to_owned()));
         };
+        let sole = sole.below(ankle_of(self.skeleton, poses, body));
         let on_balls = carried_by_balls(&sole, &self.shapes.contact_balls(self.skeleton, body));
         Ok(DraftLeg {
             chain,

@@ -2,10 +2,9 @@
 
 use glam::DVec3;
 
-use crate::robot::urdf_joint::JointType;
 use crate::robot::urdf_link::LIGHT_MAX;
 use crate::robot_draft::body::LinkShapes;
-use crate::robot_draft::skeleton::{NodeIndex, RANGE, Skeleton};
+use crate::robot_draft::skeleton::{NodeIndex, RANGE, Skeleton, lacks_range};
 
 /// Effort of a leg's joint and of any other, N m per kg of the whole robot. Knees of published
 /// humanoids lie between 2 and 6.
@@ -18,7 +17,7 @@ const EXTENT_MIN: f64 = 0.02;
 
 /// The effort of a joint that the URDF does not state; `None` where it does.
 pub(crate) fn missing_effort(skeleton: &Skeleton, node: NodeIndex, is_leg: bool) -> Option<f64> {
-    let stated = skeleton.urdf_joint(node)?.limit.as_ref()?.effort;
+    let stated = skeleton.urdf_joint(node)?.limit.as_ref().and_then(|limit| limit.effort);
     let is_missing = !stated.is_some_and(|effort| effort != 0.0);
     let share = if is_leg { LEG_EFFORT } else { OTHER_EFFORT };
     is_missing.then(|| share * skeleton.mass_below(0))
@@ -26,15 +25,13 @@ pub(crate) fn missing_effort(skeleton: &Skeleton, node: NodeIndex, is_leg: bool)
 
 /// The speed of a joint that the URDF does not state; `None` where it does.
 pub(crate) fn missing_velocity(skeleton: &Skeleton, node: NodeIndex) -> Option<f64> {
-    let stated = skeleton.urdf_joint(node)?.limit.as_ref()?.velocity;
+    let stated = skeleton.urdf_joint(node)?.limit.as_ref().and_then(|limit| limit.velocity);
     (!stated.is_some_and(|velocity| velocity != 0.0)).then_some(VELOCITY)
 }
 
 /// The range of a joint that the URDF does not state; `None` where it does.
 pub(crate) fn missing_range(skeleton: &Skeleton, node: NodeIndex) -> Option<[f64; 2]> {
-    let joint = skeleton.urdf_joint(node)?;
-    let is_bare = joint.limit.as_ref()?.range.is_none();
-    (is_bare && joint.joint_type == JointType::Revolute).then_some([-RANGE, RANGE])
+    lacks_range(skeleton.urdf_joint(node)?).then_some([-RANGE, RANGE])
 }
 
 /// The moments of inertia of a link whose inertia is 0: those of a box of its mass around its

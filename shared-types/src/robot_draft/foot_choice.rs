@@ -4,7 +4,7 @@ use crate::base::closest::closest;
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::robot_draft::body::LinkShapes;
-use crate::robot_draft::foot_search::{MirroredPair, bare_feet, standing_pairs};
+use crate::robot_draft::foot_search::{LEG_JOINTS, MirroredPair, bare_feet, standing_pairs};
 use crate::robot_draft::heading::{Heading, HeadingError, heading_of, yaw_of};
 use crate::robot_draft::mirror::Side;
 use crate::robot_draft::options::DraftOptions;
@@ -29,16 +29,12 @@ pub(crate) fn choose_feet(
 ) -> Result<Heading, InputError> {
     if let Some(names) = &options.feet {
         let feet = named_feet(skeleton, names)?;
-        let yaw = yaw_of(poses, &feet);
+        let yaw = yaw_of(skeleton, poses, &feet);
         return Ok(Heading { feet, yaw, source: "the left and the right foot that were named" });
     }
     let mut standing = standing_pairs(skeleton, shapes, poses, pairs);
     if let Some(pair) = bare_feet(skeleton, shapes, poses, pairs, &standing) {
-        let [left, right] = pair.bodies.map(|body| skeleton.link_name(body));
-        let message = format!(
-            "'{left}' and '{right}' lie lowest and have no shape, and soles are found on shapes; add a <collision> to them in the URDF"
-        );
-        return Err(complaint(skeleton, message));
+        return Err(complaint(skeleton, bare_feet_message(skeleton, pair)));
     }
     let feet = match standing.len() {
         1 => standing.remove(0),
@@ -49,6 +45,20 @@ pub(crate) fn choose_feet(
     let sorted = feet.clone().sorted(side);
     heading_of(skeleton, shapes, poses, feet)
         .map_err(|error| complaint(skeleton, heading_message(skeleton, error, &sorted)))
+}
+
+/// What feet without shapes lack; a shape alone helps no leg that is too short.
+fn bare_feet_message(skeleton: &Skeleton, pair: &MirroredPair) -> String {
+    let [left, right] = pair.bodies.map(|body| skeleton.link_name(body));
+    let (joints, [least, most]) = (pair.chains[0].len(), LEG_JOINTS);
+    if joints < least {
+        return format!(
+            "'{left}' and '{right}' lie lowest, and each leg has {joints} moving joints; {least} to {most} are needed to place a sole freely, so this robot is not supported"
+        );
+    }
+    format!(
+        "'{left}' and '{right}' lie lowest and have no shape, and soles are found on shapes; add a <collision> to them in the URDF"
+    )
 }
 
 fn heading_message(skeleton: &Skeleton, error: HeadingError, feet: &MirroredPair) -> String {

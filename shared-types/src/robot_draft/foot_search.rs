@@ -36,7 +36,7 @@ impl MirroredPair {
         let kinds = |chain: &[NodeIndex]| -> Vec<_> {
             chain.iter().map(|at| skeleton.nodes[*at].joint.as_ref().map(|it| it.kind)).collect()
         };
-        (is_long && kinds(a) == kinds(b) && is_mirrored(poses, a, b)).then_some(pair)
+        (is_long && kinds(a) == kinds(b) && is_mirrored(skeleton, poses, a, b)).then_some(pair)
     }
 
     /// The pair of two bodies that a user names.
@@ -70,16 +70,19 @@ impl MirroredPair {
 }
 
 /// Whether the joints of two chains lie on both sides of one upright plane.
-fn is_mirrored(poses: &[Pose], a: &[NodeIndex], b: &[NodeIndex]) -> bool {
-    let across: Vec<DVec3> =
-        a.iter().zip(b).map(|(a, b)| poses[*a].translation - poses[*b].translation).collect();
+fn is_mirrored(skeleton: &Skeleton, poses: &[Pose], a: &[NodeIndex], b: &[NodeIndex]) -> bool {
+    let points = |chain: &[NodeIndex]| -> Vec<DVec3> {
+        chain.iter().map(|node| skeleton.joint_point(poses, *node)).collect()
+    };
+    let (a, b) = (points(a), points(b));
+    let across: Vec<DVec3> = a.iter().zip(&b).map(|(a, b)| *a - *b).collect();
     let Some(widest) = across.iter().copied().reduce(|widest, line| {
         if line.length_squared() > widest.length_squared() { line } else { widest }
     }) else {
         return false;
     };
     let Some(normal) = widest.with_z(0.0).try_normalize() else { return false };
-    let middle = |at: usize| 0.5 * (poses[a[at]].translation + poses[b[at]].translation);
+    let middle = |at: usize| 0.5 * (a[at] + b[at]);
     let plane = middle(0).dot(normal);
     across.iter().enumerate().all(|(at, line)| {
         let gap = line.reject_from_normalized(normal).length();

@@ -6,7 +6,7 @@ use crate::base::spatial::Pose;
 use crate::robot_draft::body::LinkShapes;
 use crate::robot_draft::foot_search::MirroredPair;
 use crate::robot_draft::mirror::Side;
-use crate::robot_draft::skeleton::Skeleton;
+use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 use crate::robot_draft::sole_search::find_sole;
 
 /// Headings this near to an axis of the root are that axis, rad.
@@ -48,28 +48,37 @@ pub(crate) fn heading_of(
             if toes(&feet) == Some(false) {
                 return Err(HeadingError::Contradiction);
             }
-            Ok(Heading { yaw: yaw_of(poses, &feet), feet, source: "the names of left and right" })
+            Ok(Heading {
+                yaw: yaw_of(skeleton, poses, &feet),
+                feet,
+                source: "the names of left and right",
+            })
         }
         None => {
             let ahead = toes(&feet).ok_or(HeadingError::Unknown)?;
             let feet = feet.sorted(if ahead { Side::Left } else { Side::Right });
-            Ok(Heading { yaw: yaw_of(poses, &feet), feet, source: "the toes" })
+            Ok(Heading { yaw: yaw_of(skeleton, poses, &feet), feet, source: "the toes" })
         }
     }
 }
 
 /// The heading that goes with feet in this order.
-pub(crate) fn yaw_of(poses: &[Pose], feet: &MirroredPair) -> f64 {
-    let forward = forward_of(poses, feet);
+pub(crate) fn yaw_of(skeleton: &Skeleton, poses: &[Pose], feet: &MirroredPair) -> f64 {
+    let forward = forward_of(skeleton, poses, feet);
     let yaw = libm::atan2(forward.y, forward.x);
     let quarter = std::f64::consts::FRAC_PI_2;
     let snapped = (yaw / quarter).round() * quarter;
     if (yaw - snapped).abs() <= SNAP { snapped } else { yaw }
 }
 
-fn forward_of(poses: &[Pose], feet: &MirroredPair) -> DVec3 {
-    let [left, right] = feet.bodies.map(|body| poses[body].translation);
+fn forward_of(skeleton: &Skeleton, poses: &[Pose], feet: &MirroredPair) -> DVec3 {
+    let [left, right] = feet.bodies.map(|body| skeleton.joint_point(poses, body));
     (left - right).with_z(0.0).normalize_or(DVec3::Y).cross(DVec3::Z)
+}
+
+/// The ankle in the frame of the foot.
+pub(crate) fn ankle_of(skeleton: &Skeleton, poses: &[Pose], foot: NodeIndex) -> DVec3 {
+    poses[foot].inverse() * skeleton.joint_point(poses, foot)
 }
 
 /// Whether the toes point where feet in this order look; `None` for symmetric feet.
@@ -81,8 +90,9 @@ fn toes_ahead(
 ) -> Option<bool> {
     let body = feet.bodies[0];
     let turn = poses[body].rotation.inverse();
-    let (down, forward) = (turn * DVec3::NEG_Z, turn * forward_of(poses, feet));
+    let (down, forward) = (turn * DVec3::NEG_Z, turn * forward_of(skeleton, poses, feet));
     let sole = find_sole(&shapes.surface(skeleton, body), down, forward)?;
+    let sole = sole.below(ankle_of(skeleton, poses, body));
     let low = sole.polygon.iter().map(|corner| corner.x).fold(f64::INFINITY, f64::min);
     let high = sole.polygon.iter().map(|corner| corner.x).fold(f64::NEG_INFINITY, f64::max);
     let (middle, length) = (0.5 * (low + high), high - low);

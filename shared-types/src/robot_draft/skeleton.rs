@@ -12,6 +12,8 @@ use crate::robot::urdf_joint::{JointType, UrdfJoint};
 
 /// Where a joint turns whose range is not stated, rad either way: an estimate.
 pub(crate) const RANGE: f64 = std::f64::consts::FRAC_PI_2;
+/// Axes that cross at a smaller angle have no certain point of crossing, as its sine squared.
+const CROSSING_MIN: f64 = 0.5;
 
 /// Index into [`Skeleton::nodes`].
 pub(crate) type NodeIndex = usize;
@@ -128,6 +130,29 @@ impl<'a> Skeleton<'a> {
         poses
     }
 
+    /// Where the joint above a node turns, root frame: the point of its axis nearest to the axis of
+    /// the moving joint above. A URDF may put a joint's frame anywhere on its axis. The origin of
+    /// the link where the two axes are nearly parallel, or one of the joints does not turn.
+    pub(crate) fn joint_point(&self, poses: &[Pose], node: NodeIndex) -> DVec3 {
+        let origin = poses[node].translation;
+        let above = self.nodes[node].parent.map(|parent| self.body(parent));
+        let axes = [Some(node), above].map(|node| node.and_then(|it| self.axis(poses, it)));
+        let (Some(above), [Some(axis), Some(other)]) = (above, axes) else { return origin };
+        let cos = axis.dot(other);
+        let sin_squared = 1.0 - cos * cos;
+        if sin_squared < CROSSING_MIN {
+            return origin;
+        }
+        let across = poses[above].translation - origin;
+        origin + (across.dot(axis) - across.dot(other) * cos) / sin_squared * axis
+    }
+
+    /// The axis about which a node turns, root frame.
+    fn axis(&self, poses: &[Pose], node: NodeIndex) -> Option<DVec3> {
+        let joint = self.nodes[node].joint.as_ref()?;
+        (joint.kind == JointKind::Revolute).then(|| poses[node].rotation * joint.axis)
+    }
+
     /// The nodes with moving joints from the root to a node, root first.
     pub(crate) fn chain(&self, node: NodeIndex) -> Vec<NodeIndex> {
         let mut chain: Vec<NodeIndex> = self.path(node);
@@ -194,6 +219,16 @@ impl<'a> Skeleton<'a> {
     }
 }
 
+/// Whether a joint turns, but nothing says how far: its `<limit>` states no range, or it is a
+/// continuous one without a `<limit>`, as simulators' tools write all joints.
+pub(crate) fn lacks_range(joint: &UrdfJoint) -> bool {
+    match (joint.joint_type, &joint.limit) {
+        (JointType::Revolute, Some(limit)) => limit.range.is_none(),
+        (JointType::Continuous, None) => true,
+        _ => false,
+    }
+}
+
 /// A joint that moves; `None` for the others.
 fn node_joint(joint: &UrdfJoint, urdf_joint: usize) -> Option<NodeJoint> {
     let kind = match joint.joint_type {
@@ -202,8 +237,7 @@ fn node_joint(joint: &UrdfJoint, urdf_joint: usize) -> Option<NodeJoint> {
         JointType::Fixed | JointType::Floating | JointType::Planar => return None,
     };
     let range = joint.limit.as_ref().and_then(|limit| limit.range);
-    let is_bare = joint.joint_type == JointType::Revolute && joint.limit.is_some();
-    let turn = if is_bare { RANGE } else { PI };
+    let turn = if lacks_range(joint) { RANGE } else { PI };
     let (lower, upper) = range.unwrap_or((-turn, turn));
     let (lower, upper) = (lower.clamp(-PI, PI), upper.clamp(-PI, PI));
     let (lower, upper) = if lower <= upper { (lower, upper) } else { (0.0, 0.0) };

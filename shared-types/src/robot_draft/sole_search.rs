@@ -17,6 +17,8 @@ const THICKNESS_GAIN_MIN: f64 = 1.3;
 const AXIS_GAIN_MIN: f64 = 1.1;
 /// Turns below this angle are those of rounding, rad.
 const TURN_MIN: f64 = 2e-3;
+/// Shifts of a sole's frame below this length are those of rounding, m.
+const SHIFT_MIN: f64 = 1e-4;
 /// The smallest sole, m2: about that of a coin.
 const AREA_MIN: f64 = 5e-4;
 /// Balls whose lowest points lie at most this far from the plane of the sole carry it, m.
@@ -31,6 +33,18 @@ pub(crate) struct FoundSole {
     /// Convex, in the sole frame.
     pub(crate) polygon: Vec<DVec2>,
     pub(crate) area: f64,
+}
+
+impl FoundSole {
+    /// The same sole with its frame's origin below a point of the link's frame.
+    pub(crate) fn below(mut self, point: DVec3) -> Self {
+        let shift = (self.link_from_sole.inverse() * point).truncate();
+        if shift.length() > SHIFT_MIN {
+            self.link_from_sole.translation += self.link_from_sole.rotation * shift.extend(0.0);
+            self.polygon.iter_mut().for_each(|corner| *corner -= shift);
+        }
+        self
+    }
 }
 
 /// The largest flat face that looks down. `down` and `forward` are unit vectors in the frame of the

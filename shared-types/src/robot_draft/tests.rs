@@ -13,7 +13,9 @@ use crate::geometry::shape::Shape;
 use crate::robot::load::robot_from_text;
 use crate::robot::model::RobotModel;
 use crate::robot_draft::text::robot_file;
-use crate::robot_draft::{DraftFoot, DraftOptions, RobotDraft};
+use crate::robot_draft::{DraftEstimates, DraftFoot, DraftOptions, RobotDraft};
+
+mod joint_frames;
 
 /// Soles of a draft are level to within this angle, as a sine: positions have five decimals.
 const LEVEL: f64 = 1e-4;
