@@ -6,7 +6,8 @@ use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 use crate::timing::tuning::{
-    CHECKED_EFFORT_PART, COP_MARGIN_INCLINED, COP_MARGIN_MIN, COP_WIDTH_SHARE, RELAXED_COP_MARGINS,
+    CHECKED_EFFORT_PART, COP_MARGIN_INCLINED, COP_MARGIN_MIN, COP_WIDTH_SHARE, INTERVAL_MAX,
+    RELAXED_COP_MARGINS, STEP_SHARE,
 };
 
 /// Limits of a robot's joints in a timed plan. Unused joints have infinite limits.
@@ -14,7 +15,8 @@ use crate::timing::tuning::{
 pub struct TimingLimits {
     /// Lowest and highest positions, rad or m.
     pub positions: [[f64; 2]; JOINTS_MAX],
-    /// Largest speeds, rad/s or m/s.
+    /// Largest speeds, rad/s or m/s: also those at which a joint moves as far from one waypoint to
+    /// the next as the controller allows.
     pub speeds: [f64; JOINTS_MAX],
     /// Largest accelerations, rad/s2 or m/s2; infinite where neither the robot file nor the URDF
     /// states one.
@@ -50,6 +52,7 @@ impl TimingLimits {
         checker: &CheckerConfig,
     ) -> Self {
         let share = execution.share;
+        let step_speed = STEP_SHARE * checker.joint_step_max / INTERVAL_MAX;
         let limits = |limit: fn(&Joint) -> f64, share: f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
             let stated = model.joints.iter().map(|joint| share * limit(joint));
@@ -62,7 +65,7 @@ impl TimingLimits {
         positions.iter_mut().zip(stated).for_each(|(slot, limits)| *slot = limits);
         Self {
             positions,
-            speeds: limits(|joint| joint.velocity, share),
+            speeds: limits(|joint| joint.velocity, share).map(|speed| speed.min(step_speed)),
             accelerations: limits(acceleration, share),
             efforts: limits(|joint| joint.effort, share),
             full_efforts: limits(|joint| joint.effort, CHECKED_EFFORT_PART * checker.effort_share),
@@ -129,5 +132,30 @@ impl Level {
             Self::Inclined | Self::Full | Self::NarrowSole => &limits.efforts,
             Self::Bare | Self::Unsupported => &limits.full_efforts,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use surefoot_shared_types::robot::load::load_robot;
+
+    use super::*;
+
+    #[test]
+    #[allow(clippy::unwrap_used, reason = "the shipped robot loads")]
+    fn a_fast_joint_moves_between_two_waypoints_as_far_as_the_controller_allows() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml");
+        let mut model = load_robot(&file).unwrap();
+        let (execution, checker) = (ExecutionConfig::default(), CheckerConfig::default());
+        let speeds =
+            |model: &RobotModel| TimingLimits::new(model, &execution, 0.6, &checker).speeds;
+        let slow = speeds(&model);
+        assert!(slow.iter().zip(&model.joints).all(|(speed, joint)| *speed <= joint.velocity));
+        model.joints[3].velocity = 23.0;
+        let fast = speeds(&model);
+        assert!(fast[3] > 9.0 && fast[3] * INTERVAL_MAX < checker.joint_step_max, "{}", fast[3]);
+        assert_eq!(fast[4], slow[4]);
     }
 }

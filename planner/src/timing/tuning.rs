@@ -86,6 +86,9 @@ pub(crate) const LANDING_SPEED_BY_DISTANCE: f64 = 8.0;
 pub(crate) const ROUNDING_TIME: f64 = 0.1;
 /// Longest time between two waypoints, s.
 pub(crate) const INTERVAL_MAX: f64 = 0.02;
+/// Share of the controller's longest joint step that a joint moves between two waypoints: between
+/// them it is a little faster.
+pub(crate) const STEP_SHARE: f64 = 0.95;
 /// Rounds in which torques beyond their limits enter a program.
 pub(crate) const TORQUE_ROUNDS_MAX: usize = 12;
 /// Rounds in which a profile is slowed down where it is beyond the limits.

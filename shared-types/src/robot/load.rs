@@ -27,6 +27,7 @@ use crate::robot::tree::{TreeLink, sort_links};
 use crate::robot::turned_root::turn_root;
 use crate::robot::urdf::{Urdf, read_urdf};
 use crate::robot::urdf_joint::UrdfJoint;
+use crate::robot::urdf_link::{Collision, Geometry, UrdfLink};
 
 /// Feet turned farther out or in than this (rad) do not point ahead.
 const FORWARD_TURN_MAX: f64 = std::f64::consts::FRAC_PI_4;
@@ -253,7 +254,7 @@ fn check_additions(
     for (element, name) in shapes.chain(missing).chain(inertias) {
         match urdf.links.iter().find(|link| link.name == *name) {
             None => complaints.push(location.error(element, no_such_link(urdf, name))),
-            Some(link) if element == "visual_shapes" && link.visuals.is_empty() => {
+            Some(link) if element == "visual_shapes" && !has_looks(link) => {
                 let message = format!("link '{name}' has no <visual> that can be read");
                 complaints.push(location.error(element, message));
             }
@@ -293,6 +294,14 @@ fn check_additions(
         };
         complaints.push(location.error(format!("[velocity_limits] '{name}'"), message));
     }
+}
+
+/// Whether a link has looks, or nothing but balls that stand for contact points in simulators and
+/// are not part of its surface.
+fn has_looks(link: &UrdfLink) -> bool {
+    let is_ball = |part: &Collision| matches!(part.geometry, Geometry::Sphere(_));
+    let has_balls = !link.collisions.is_empty() && link.collisions.iter().all(is_ball);
+    !link.visuals.is_empty() || has_balls
 }
 
 /// A joint's velocity limit in the URDF; infinite where it states none, or 0 for an unknown one.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::base::input_error::InputError;
+use crate::base::spatial::Pose;
 use crate::geometry::shape::Shape;
 use crate::mesh::store::MeshStore;
 use crate::robot::links::{ShapeChoice, build_link};
@@ -12,12 +13,19 @@ use crate::robot::surface_points::SurfacePoints;
 use crate::robot::urdf_link::UrdfLink;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
+/// Balls that reach farther down than all else carry a foot, m.
+const BALLS_BELOW_MIN: f64 = 2.5e-3;
+/// Least number of them on which a foot can stand.
+const BALLS_MIN: usize = 3;
+
 /// The shapes of every node.
 pub(crate) struct LinkShapes {
     /// Collision shapes that can be read.
     pub(crate) collision: Vec<Vec<LinkShape>>,
-    /// Shapes of looks; read only for nodes whose body has no collision shape, or balls alone.
+    /// Shapes of looks; read only for nodes whose body has no collision shape, or stands on balls.
     pub(crate) visual: Vec<Vec<LinkShape>>,
+    /// Nodes that hold the balls on which such a body stands, beside its looks: no surface of it.
+    contact_points: Vec<bool>,
 }
 
 impl LinkShapes {
@@ -39,14 +47,18 @@ impl LinkShapes {
         };
         let count = skeleton.nodes.len();
         let collision: Vec<_> = (0..count).map(|node| read(node, false)).collect();
-        let has_flat_shape = |body| {
-            let nodes = skeleton.body_nodes(body);
-            nodes.iter().flat_map(|node| &collision[*node]).any(|part| !is_ball(&part.shape))
-        };
-        let visual = (0..count)
+        let poses = skeleton.poses(&vec![0.0; count]);
+        let is_bare: Vec<bool> =
+            (0..count).map(|node| stands_on_balls(skeleton, &poses, &collision, node)).collect();
+        let visual: Vec<_> = (0..count)
+            .map(|node| if is_bare[skeleton.body(node)] { read(node, true) } else { Vec::new() })
+            .collect();
+        let has_looks = |body| skeleton.body_nodes(body).iter().any(|at| !visual[*at].is_empty());
+        let contact_points = (0..count)
             .map(|node| {
-                let is_bare = !has_flat_shape(skeleton.body(node));
-                if is_bare { read(node, true) } else { Vec::new() }
+                let has_balls = !collision[node].is_empty() && visual[node].is_empty();
+                let are_balls = collision[node].iter().all(|part| is_ball(&part.shape));
+                has_balls && are_balls && has_looks(skeleton.body(node))
             })
             .collect();
         if let [complaint] = &mut complaints[..] {
@@ -55,12 +67,16 @@ impl LinkShapes {
             complaints.insert(0, hint);
         }
         InputError::all(complaints)?;
-        Ok(Self { collision, visual })
+        Ok(Self { collision, visual, contact_points })
     }
 
     /// The shapes that stand for a node.
     pub(crate) fn of(&self, node: NodeIndex) -> &[LinkShape] {
-        if self.visual[node].is_empty() { &self.collision[node] } else { &self.visual[node] }
+        match (self.contact_points[node], self.visual[node].is_empty()) {
+            (true, _) => &[],
+            (false, true) => &self.collision[node],
+            (false, false) => &self.visual[node],
+        }
     }
 
     /// Whether a body has collision shapes or contact points.
@@ -70,27 +86,52 @@ impl LinkShapes {
         nodes.into_iter().any(|node| !self.collision[node].is_empty() || has_points(node))
     }
 
-    /// The nodes of a body whose looks stand for them.
+    /// The nodes of a body whose looks, if any, stand for them.
     pub(crate) fn visual_nodes(&self, skeleton: &Skeleton, body: NodeIndex) -> Vec<NodeIndex> {
         let mut nodes = skeleton.body_nodes(body);
-        nodes.retain(|node| !self.visual[*node].is_empty());
+        nodes.retain(|node| self.is_visual(*node));
         nodes
+    }
+
+    fn is_visual(&self, node: NodeIndex) -> bool {
+        self.contact_points[node] || !self.visual[node].is_empty()
     }
 
     /// The surface of all links of a body, in the body's frame; of a link without shapes its
     /// contact points.
     pub(crate) fn surface(&self, skeleton: &Skeleton, body: NodeIndex) -> SurfacePoints {
-        let counts_points = |node: NodeIndex| self.of(node).is_empty();
+        let counts_points =
+            |node: NodeIndex| self.of(node).is_empty() && !self.contact_points[node];
         surface_of(skeleton, body, |node| self.of(node), counts_points)
     }
 
     /// The balls and contact points among the collision shapes of a body whose looks stand for it,
     /// in the body's frame: centres and radii, m.
     pub(crate) fn contact_balls(&self, skeleton: &Skeleton, body: NodeIndex) -> Vec<(DVec3, f64)> {
-        let is_shown = |node: NodeIndex| !self.visual[node].is_empty();
+        let is_shown = |node: NodeIndex| self.is_visual(node);
         let shapes = |node| if is_shown(node) { &self.collision[node][..] } else { &[] };
         surface_of(skeleton, body, shapes, is_shown).balls
     }
+}
+
+/// Whether a body has no collision shapes but balls, or stands on such where all joints are at 0.
+fn stands_on_balls(
+    skeleton: &Skeleton,
+    poses: &[Pose],
+    collision: &[Vec<LinkShape>],
+    body: NodeIndex,
+) -> bool {
+    let [mut balls, mut others] = [SurfacePoints::default(), SurfacePoints::default()];
+    for node in skeleton.body_nodes(body) {
+        let body_from_link = poses[body].inverse() * poses[node];
+        for part in &collision[node] {
+            let surface = if is_ball(&part.shape) { &mut balls } else { &mut others };
+            surface.add(&part.shape, &(body_from_link * part.link_from_shape));
+        }
+    }
+    let down = poses[body].rotation.inverse() * DVec3::NEG_Z;
+    let is_lower = || balls.extent(down) > others.extent(down) + BALLS_BELOW_MIN;
+    others.is_empty() || (balls.balls.len() >= BALLS_MIN && is_lower())
 }
 
 /// The surface of shapes of a body's links, in the body's frame, and the contact points of the

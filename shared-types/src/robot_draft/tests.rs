@@ -15,6 +15,7 @@ use crate::robot::model::RobotModel;
 use crate::robot_draft::text::robot_file;
 use crate::robot_draft::{DraftEstimates, DraftFoot, DraftOptions, RobotDraft};
 
+mod contact_points;
 mod joint_frames;
 
 /// Soles of a draft are level to within this angle, as a sine: positions have five decimals.
