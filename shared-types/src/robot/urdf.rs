@@ -129,6 +129,10 @@ fn check_root(source: &TextFile, root: Node) -> Result<(), InputError> {
     if let Some(node) = root.children().find(includes) {
         return refuse(node, "includes another file, which is not read; write its content here");
     }
+    let is_robot = |node: &Node| node.is_element() && node.tag_name().name() == "robot";
+    if let Some(node) = root.children().find(is_robot) {
+        return refuse(node, "stands in another <robot>; write the links and joints of one robot");
+    }
     match tag {
         "robot" => {}
         "sdf" | "gazebo" => return refuse(root, "is an SDF file, not a URDF; export a URDF"),

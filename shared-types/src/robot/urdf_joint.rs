@@ -146,7 +146,7 @@ fn read_end<'a, 'input>(
 fn read_axis<'a, 'input>(element: &mut Element<'a, 'input>, node: Node<'a, 'input>) -> DVec3 {
     let Some(axis) = element.child(node, "axis") else { return DVec3::X };
     element.check_attributes(axis, &["xyz"]);
-    let Some(xyz) = element.numbers(axis, "xyz") else { return DVec3::X };
+    let Some(xyz) = element.required(axis, "xyz") else { return DVec3::X };
     match DVec3::from_array(xyz).try_normalize() {
         Some(unit) => unit,
         None => {

@@ -1,13 +1,16 @@
 //! The links of a URDF.
 
 use glam::{DMat3, DQuat, DVec3};
-use roxmltree::Node;
+use roxmltree::{Attribute, Node};
 
 use crate::base::spatial::{Pose, rotation_from_rpy};
 use crate::base::text_file::FileLocation;
+use crate::base::text_file::check_angles;
 
 use crate::robot::element::{Element, own_children};
 
+/// How attributes begin by which other programs state a turn.
+const TURNS: [&str; 5] = ["quat", "euler", "rot", "orient", "wxyz"];
 /// How far from 1 the length of a `quat_xyzw` may be, which files write with few digits.
 const QUATERNION_TOLERANCE: f64 = 1e-2;
 /// What rounding does to the moments of inertia in files, as a share of the largest.
@@ -113,8 +116,12 @@ pub(crate) fn read_origin<'a, 'input>(
 ) -> Pose {
     let Some(origin) = element.child(of, "origin") else { return Pose::IDENTITY };
     element.check_attributes(origin, &["xyz", "rpy", "quat_xyzw"]);
+    check_turn(element, origin);
     let xyz = element.numbers(origin, "xyz").unwrap_or([0.0; 3]);
-    let rpy = element.numbers(origin, "rpy");
+    let rpy: Option<[f64; 3]> = element.numbers(origin, "rpy");
+    if let Some(message) = rpy.and_then(|rpy| check_angles("rpy", &rpy).err()) {
+        element.input_error(origin, format!("<origin> {message}"));
+    }
     let rotation = match (element.numbers(origin, "quat_xyzw"), rpy) {
         (Some(_), Some(_)) => {
             element.input_error(origin, "<origin> has both rpy and quat_xyzw; keep one");
@@ -135,6 +142,19 @@ pub(crate) fn read_origin<'a, 'input>(
         }
     };
     Pose::from_parts(DVec3::from_array(xyz), rotation)
+}
+
+/// Refuses a turn by another name: in its place none would be taken.
+fn check_turn<'a, 'input>(element: &mut Element<'a, 'input>, origin: Node<'a, 'input>) {
+    let is_turn = |name: &str| {
+        let name = name.to_ascii_lowercase();
+        TURNS.iter().any(|turn| name.starts_with(turn)) && name != "quat_xyzw"
+    };
+    let own = |attribute: &Attribute| attribute.namespace().is_none();
+    if let Some(other) = origin.attributes().filter(own).find(|it| is_turn(it.name())) {
+        let message = format!("<origin {}=...> is unknown; write rpy or quat_xyzw", other.name());
+        element.input_error(origin, message);
+    }
 }
 
 fn read_inertial<'a, 'input>(
