@@ -179,6 +179,7 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
         let query = PlacementQuery {
             ideal: at,
             sole_polygon: sole,
+            pads: &[],
             reach_xy: 0.35,
             reach_z: [-0.6, 0.6],
             yaw_spread: 0.8,

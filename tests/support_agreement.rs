@@ -61,6 +61,7 @@ fn placement_config(model: &RobotModel) -> FootPlacementConfig {
 fn placements(surfaces: &Surfaces, sole: &[DVec2], ideal: Pose, index: u64) -> Vec<SupportedSole> {
     let query = PlacementQuery {
         sole_polygon: sole,
+        pads: &[],
         ideal,
         reach_xy: 0.2,
         reach_z: [-0.3, 0.3],

@@ -7,8 +7,8 @@ mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
 use glam::{DVec2, DVec3};
-use surefoot_planner::foot_placement::sole_support::{NoSupport, SurfacesError};
-use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use surefoot_planner::foot_placement::sole_support::{NoSupport, Support, SurfacesError};
+use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, SoleShape, Surfaces};
 use surefoot_shared_types::base::spatial::{rotation_about, rotation_from_rpy};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -70,6 +70,51 @@ fn two_round_bars_support_the_area_between_their_top_lines() {
     let support = support(&bars, &at(0.06, 0.1, 0.0)).unwrap();
     assert!((support.area - 0.16 * 0.14).abs() < 1e-9, "{}", support.area);
     assert_eq!(support_of_one_bar(&bars), Err(NoSupport::AreaTooSmall));
+}
+
+fn rectangle(x: [f64; 2], y: [f64; 2]) -> Vec<DVec2> {
+    [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])].map(DVec2::from).to_vec()
+}
+
+fn support_on(pads: &[Vec<DVec2>], surfaces: &Surfaces, pose: &Pose) -> Result<Support, NoSupport> {
+    let sole = sole();
+    let sole = SoleShape { outline: &sole, pads };
+    surfaces.support_of_sole(&mut Scratch::new(surfaces.config()), sole, pose)
+}
+
+#[test]
+fn a_foot_whose_flat_part_lies_between_two_bars_touches_neither() {
+    let bars = surfaces(round_bars(2));
+    let pose = at(0.06, 0.1, 0.0);
+    // The bars are 0.16 m apart. Their hull covers the flat part, which touches no bar.
+    let flat = |x: [f64; 2]| [rectangle(x, [-0.07, 0.07])];
+    let found = |x| support_on(&flat(x), &bars, &pose).map(|support| support.area);
+    assert_eq!(found([-0.03, 0.08]), Err(NoSupport::NothingBelow));
+    assert_eq!(found([-0.08, 0.08]), Err(NoSupport::AreaTooSmall), "one of them");
+    assert!((found([-0.08, 0.12]).unwrap() - 0.16 * 0.14).abs() < 1e-9);
+}
+
+#[test]
+fn a_sole_on_studs_touches_with_those_that_are_over_ground() {
+    let stud = |x: f64, y: f64| rectangle([x - 0.01, x + 0.01], [y - 0.01, y + 0.01]);
+    let studs: Vec<Vec<DVec2>> = [(-0.07, -0.05), (-0.07, 0.05), (0.11, -0.05), (0.11, 0.05)]
+        .map(|(x, y)| stud(x, y))
+        .into();
+    let area =
+        |ground| support_on(&studs, &surfaces(vec![ground]), &at(0.0, 0.0, 0.0)).unwrap().area;
+    assert!((area(floor()) - 0.2 * 0.12).abs() < 1e-9);
+    // An edge at x = 0.11, in the middle of the front studs, and one at 0.09, before them.
+    assert!((area(block([2.0, 2.0, 0.5], [-0.89, 0.0, 0.0])) - 0.19 * 0.12).abs() < 1e-9);
+    let behind = surfaces(vec![block([2.0, 2.0, 0.5], [-0.91, 0.0, 0.0])]);
+    assert_eq!(support_on(&studs, &behind, &at(0.0, 0.0, 0.0)), Err(NoSupport::AreaTooSmall));
+}
+
+#[test]
+fn ground_rises_into_a_pad_no_more_than_into_a_foot_that_lands() {
+    let pads = [rectangle([-0.05, 0.09], [-0.07, 0.07])];
+    let on = |z: f64| support_on(&pads, &surfaces(vec![floor()]), &at(0.0, 0.0, z));
+    assert!(on(-2e-4).is_ok());
+    assert_eq!(on(-4e-4), Err(NoSupport::Penetrates));
 }
 
 fn support_of_one_bar(bars: &Surfaces) -> Result<f64, NoSupport> {

@@ -42,8 +42,8 @@ impl Foothold {
         }
     }
 
-    /// A foothold of a robot where this part of the declared sole (sole frame, m) is supported, as
-    /// far as the foot touches it and within the ankle limits.
+    /// A foothold of a robot where this part of the sole (sole frame, m) is supported, within the
+    /// ankle limits.
     pub fn of(
         robot: &Mechanism,
         limb: usize,
@@ -51,7 +51,6 @@ impl Foothold {
         support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
     ) -> Self {
         let sole = &robot.soles[limb];
-        let support = sole.touched(support);
         let region =
             ConvexRegion::seen_from_above(&world_from_sole, &sole.ankle_limits.clip(&support));
         Self { limb, world_from_sole, support, region, crouch: Crouch::UPRIGHT }

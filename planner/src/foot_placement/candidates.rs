@@ -303,6 +303,7 @@ mod tests {
             ));
             let query = PlacementQuery {
                 sole_polygon: &sole_polygon,
+                pads: &[],
                 ideal,
                 reach_xy: 0.35,
                 reach_z: [-0.5, 0.5],

@@ -45,6 +45,7 @@ impl FootholdQuery {
     ) {
         let query = PlacementQuery {
             sole_polygon: &constraints.robot.soles[self.limb].polygon,
+            pads: &constraints.robot.soles[self.limb].pads,
             ideal: self.ideal,
             reach_xy: FOOTHOLD_REACH_XY,
             reach_z: self.reach_z,

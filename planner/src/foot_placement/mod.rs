@@ -40,6 +40,7 @@ pub(crate) use bearing::{Bearing, find_bearing};
 pub use config::FootPlacementConfig;
 pub(crate) use config::{LeastSupport, SoleNeeds};
 pub use nests::propose_nests;
+pub use posed_sole::SoleShape;
 pub use propose::propose;
 pub use request::{PlacementQuery, PlacementStats, SampleLimits, Source, SupportedSole};
 pub use scratch::Scratch;

@@ -230,7 +230,7 @@ fn examine_nest(
         SupportRequirement { is_braced: true, any_intrusion: false, ..proposal.requirement(0.0) };
     match proposal.surfaces.support_of(
         proposal.scratch,
-        proposal.query.sole_polygon,
+        proposal.query.sole(),
         &world_from_sole,
         requirement,
     ) {

@@ -6,7 +6,8 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
 use crate::geometry::bvh;
-use crate::geometry::polygon::{Sides, cross, edges, sides_of};
+use crate::geometry::polygon::{Sides, cross, edges, inner_distance, sides_of};
+use crate::robot::sole::Sole;
 
 /// Requirements on a support.
 #[derive(Debug, Clone, Copy)]
@@ -21,10 +22,33 @@ pub(crate) struct SupportRequirement {
     pub any_intrusion: bool,
 }
 
+/// A sole as the ground meets it. All polygons are convex and counter-clockwise, in its frame, m.
+#[derive(Debug, Clone, Copy)]
+pub struct SoleShape<'a> {
+    /// Its outline.
+    pub outline: &'a [DVec2],
+    /// The parts of it that touch level ground; empty where all of it does.
+    pub pads: &'a [Vec<DVec2>],
+}
+
+impl<'a> SoleShape<'a> {
+    /// The shape of a robot's sole.
+    pub fn of(sole: &'a Sole) -> Self {
+        Self { outline: &sole.polygon, pads: &sole.pads }
+    }
+
+    /// A sole of which every part touches level ground.
+    pub fn flat(outline: &'a [DVec2]) -> Self {
+        Self { outline, pads: &[] }
+    }
+}
+
 /// A sole at a pose.
 pub(crate) struct PosedSole<'a> {
     /// The outline in the sole frame.
     pub(crate) outline: &'a [DVec2],
+    /// The parts that touch level ground; empty where all of it does.
+    pub(crate) pads: &'a [Vec<DVec2>],
     /// The outline's sides.
     pub(crate) sides: Sides,
     pub(crate) world_from_sole: &'a Pose,
@@ -42,12 +66,25 @@ impl<'a> PosedSole<'a> {
         let rotation = DMat3::from_quat(world_from_sole.rotation);
         Self {
             outline,
+            pads: &[],
             sides: sides_of(outline),
             world_from_sole,
             sole_from_world: rotation.transpose(),
             normal: rotation.z_axis,
             is_braced: false,
         }
+    }
+
+    /// The sides of each part that touches level ground.
+    pub(crate) fn touching(&self) -> impl Iterator<Item = Sides> + '_ {
+        let whole = self.pads.is_empty().then(|| self.sides.clone());
+        whole.into_iter().chain(self.pads.iter().map(|pad| sides_of(pad)))
+    }
+
+    /// Whether a point of the sole (m) touches level ground.
+    pub(crate) fn touches(&self, at: DVec2) -> bool {
+        let is_in = |polygon: &[DVec2]| inner_distance(polygon, at) >= 0.0;
+        if self.pads.is_empty() { is_in(self.outline) } else { self.pads.iter().any(|p| is_in(p)) }
     }
 
     /// A point of the world in the sole frame.

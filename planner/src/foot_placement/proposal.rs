@@ -66,7 +66,7 @@ impl<'a, 'r> Proposal<'a, 'r> {
         self.stats.examined[source as usize] += 1;
         let support = match self.surfaces.support_of(
             self.scratch,
-            self.query.sole_polygon,
+            self.query.sole(),
             &world_from_sole,
             requirement,
         ) {

@@ -6,6 +6,7 @@ use glam::{DQuat, DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
 
+use crate::foot_placement::posed_sole::SoleShape;
 use crate::foot_placement::sole_support::{NoSupport, Support};
 use crate::geometry::polygon::area_and_centroid;
 
@@ -14,6 +15,9 @@ use crate::geometry::polygon::area_and_centroid;
 pub struct PlacementQuery<'a> {
     /// The sole's outline in the sole frame: convex, counter-clockwise, 3 to 16 vertices, m.
     pub sole_polygon: &'a [DVec2],
+    /// The parts of it that touch level ground, convex and counter-clockwise, m; empty where all of
+    /// it does.
+    pub pads: &'a [Vec<DVec2>],
     /// Desired pose of the sole in the world. Only the heading of its rotation counts: the ground
     /// decides the tilt.
     pub ideal: Pose,
@@ -133,6 +137,11 @@ impl PlacementQuery<'_> {
     /// The sole's area, m2.
     pub(crate) fn sole_area(&self) -> f64 {
         area_and_centroid(self.sole_polygon).0
+    }
+
+    /// The sole.
+    pub(crate) fn sole(&self) -> SoleShape<'_> {
+        SoleShape { outline: self.sole_polygon, pads: self.pads }
     }
 
     /// The centroid of the sole's outline in the sole frame, m.

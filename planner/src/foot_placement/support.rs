@@ -4,16 +4,17 @@ use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
+use crate::collision::tuning::LIFT_OFF_LIFT;
 use crate::foot_placement::elements::{CurvedSurface, Element, Face, FaceKind, SurfaceEnds};
-use crate::foot_placement::posed_sole::{PosedSole, SupportRequirement, is_sole};
+use crate::foot_placement::posed_sole::{PosedSole, SoleShape, SupportRequirement, is_sole};
 use crate::foot_placement::scratch::{Contacts, Scratch};
 use crate::foot_placement::sole_support::{NoSupport, Support};
 use crate::foot_placement::surfaces::Surfaces;
 use crate::foot_placement::tuning::SAMPLE_SPACING;
 use crate::geometry::bvh;
 use crate::geometry::polygon::{
-    ClipBuffer, HalfPlane, area_and_centroid, clip, clip_to_sides, convex_hull, distance_to,
-    inner_distance, simplify, width,
+    CLIP_VERTICES_MAX, ClipBuffer, HalfPlane, area_and_centroid, clip, clip_to_sides, convex_hull,
+    distance_to, inner_distance, simplify, width,
 };
 use crate::geometry::resting_foot::{GroundPoint, clip_to_held, keep_from_ground_edges};
 
@@ -23,6 +24,8 @@ const OUTLINE_INSET: f64 = 1e-4;
 /// Depth below the sole plane from which a surface that faces down does not cover the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
+/// How far ground may rise above the sole plane under a pad, m: as under a foot that lands.
+const PAD_RISE_MAX: f64 = LIFT_OFF_LIFT;
 /// Incline against the sole up to which a mesh counts as even there: on it, a foot that lands
 /// beside its place stands as it would have.
 const EVEN_INCLINE_MAX: f64 = 1e-3;
@@ -31,6 +34,9 @@ const EVEN_INCLINE_MAX: f64 = 1e-3;
 const SLOPE_MAX: f64 = 0.3;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
+
+/// A face, or a line, within the outline of a sole, m.
+type BoundedPolygon = heapless::Vec<DVec3, CLIP_VERTICES_MAX>;
 
 /// Obstacles found near a sole.
 #[derive(Default)]
@@ -46,6 +52,12 @@ impl Findings {
         if self.intrusion.is_none_or(|highest| point.z > highest.z) {
             self.intrusion = Some(point);
         }
+    }
+
+    /// Notes where ground under a pad rises above the sole plane. Of a whole sole collision checks
+    /// find it; a pad may lie a millimetre above that plane.
+    fn intrude_pad(&mut self, ground: &[DVec3]) {
+        ground.iter().filter(|at| at.z > PAD_RISE_MAX).for_each(|at| self.intrude(*at));
     }
 }
 
@@ -67,29 +79,44 @@ impl Surfaces {
         sole_polygon: &[DVec2],
         world_from_sole: &Pose,
     ) -> Result<Support, NoSupport> {
+        self.support_of_sole(scratch, SoleShape::flat(sole_polygon), world_from_sole)
+    }
+
+    /// The same for a sole of which only some parts touch level ground: the hull of what they
+    /// touch.
+    ///
+    /// # Errors
+    /// As [`Self::support`].
+    pub fn support_of_sole(
+        &self,
+        scratch: &mut Scratch,
+        sole: SoleShape<'_>,
+        world_from_sole: &Pose,
+    ) -> Result<Support, NoSupport> {
         let requirement = SupportRequirement {
             area_min: self.config.support_area_min,
             is_braced: false,
             any_intrusion: false,
         };
-        self.support_of(scratch, sole_polygon, world_from_sole, requirement)
+        self.support_of(scratch, sole, world_from_sole, requirement)
     }
 
     /// The support of a sole at a pose, if it meets the requirement.
     pub(crate) fn support_of(
         &self,
         scratch: &mut Scratch,
-        sole_polygon: &[DVec2],
+        shape: SoleShape<'_>,
         world_from_sole: &Pose,
         requirement: SupportRequirement,
     ) -> Result<Support, NoSupport> {
         scratch.contacts.intrusion = None;
-        if !is_sole(sole_polygon) || !world_from_sole.is_finite() {
+        if !is_sole(shape.outline) || !world_from_sole.is_finite() {
             return Err(NoSupport::InvalidSole);
         }
         let sole = PosedSole {
             is_braced: requirement.is_braced,
-            ..PosedSole::new(sole_polygon, world_from_sole)
+            pads: shape.pads,
+            ..PosedSole::new(shape.outline, world_from_sole)
         };
         if !sole.is_braced && !self.is_flat_enough(sole.normal) {
             return Err(NoSupport::TooSteep);
@@ -103,7 +130,7 @@ impl Surfaces {
         if scratch.contacts.points.is_empty() {
             return Err(NoSupport::NothingBelow);
         }
-        self.evaluate_contacts(scratch, sole.outline, requirement.area_min)
+        self.evaluate_contacts(scratch, &sole, requirement.area_min)
     }
 
     /// Collects contact points and the highest obstacle. With `any_intrusion` it ends at the first
@@ -197,15 +224,36 @@ impl Surfaces {
             if !face.of_mesh() && width(&buffer.polygon) < self.config.contact_width_min {
                 return;
             }
-            scratch.contacts.add_ground(&buffer.polygon, self.config.foot_shift * incline);
-            if self.config.is_secured && !face.of_mesh() {
-                self.keep_from_edges(buffer, sole, vertices);
+            let within_sole = BoundedPolygon::from_slice(&buffer.polygon).unwrap_or_default();
+            for sides in sole.touching() {
+                scratch.clip.polygon.clear();
+                scratch.clip.polygon.extend_from_slice(&within_sole);
+                if !sole.pads.is_empty() {
+                    clip_to_sides(&mut scratch.clip, &sides, 0.0);
+                    findings.intrude_pad(&scratch.clip.polygon);
+                }
+                self.touch_face(scratch, sole, (face, vertices), incline);
             }
-            scratch.contacts.has_open_edges |= face.of_mesh();
-            scratch.contacts.has_face |= !scratch.clip.polygon.is_empty();
-            scratch.contacts.is_uneven |= face.of_mesh() && incline > EVEN_INCLINE_MAX;
-            scratch.contacts.add_all(&scratch.clip.polygon);
         }
+    }
+
+    /// Adds the part of a face in the clip buffer, which a part of the sole touches.
+    fn touch_face(
+        &self,
+        scratch: &mut Scratch,
+        sole: &PosedSole,
+        (face, vertices): (&Face, &[DVec3]),
+        incline: f64,
+    ) {
+        let buffer = &mut scratch.clip;
+        scratch.contacts.add_ground(&buffer.polygon, self.config.foot_shift * incline);
+        if self.config.is_secured && !face.of_mesh() {
+            self.keep_from_edges(buffer, sole, vertices);
+        }
+        scratch.contacts.has_open_edges |= face.of_mesh();
+        scratch.contacts.has_face |= !scratch.clip.polygon.is_empty();
+        scratch.contacts.is_uneven |= face.of_mesh() && incline > EVEN_INCLINE_MAX;
+        scratch.contacts.add_all(&scratch.clip.polygon);
     }
 
     /// How far a secured support stays inside the edges of the ground, m.
@@ -243,9 +291,7 @@ impl Surfaces {
             }
             for end in [a, b] {
                 let point = end + DVec3::Z * curved.radius;
-                if point.z.abs() <= tolerance
-                    && inner_distance(sole.outline, point.truncate()) >= 0.0
-                {
+                if point.z.abs() <= tolerance && sole.touches(point.truncate()) {
                     scratch.contacts.add(point.truncate());
                     scratch.contacts.add_ground(&[point], drop);
                 }
@@ -262,14 +308,24 @@ impl Surfaces {
         clip_to_sides(buffer, &sole.sides, 0.0);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-        scratch.contacts.add_ground(&buffer.polygon, drop);
-        if self.config.is_secured {
-            self.keep_from_ends(buffer, [a, b]);
-            // Samples on both sides of a line find it.
-            clip_to_sides(buffer, &sole.sides, SAMPLE_SPACING);
+        let within_sole = BoundedPolygon::from_slice(&buffer.polygon).unwrap_or_default();
+        for sides in sole.touching() {
+            let buffer = &mut scratch.clip;
+            buffer.polygon.clear();
+            buffer.polygon.extend_from_slice(&within_sole);
+            if !sole.pads.is_empty() {
+                clip_to_sides(buffer, &sides, 0.0);
+                findings.intrude_pad(&buffer.polygon);
+            }
+            scratch.contacts.add_ground(&buffer.polygon, drop);
+            if self.config.is_secured {
+                self.keep_from_ends(buffer, [a, b]);
+                // Samples on both sides of a line find it.
+                clip_to_sides(buffer, &sides, SAMPLE_SPACING);
+            }
+            scratch.contacts.has_line |= !scratch.clip.polygon.is_empty();
+            scratch.contacts.add_all(&scratch.clip.polygon);
         }
-        scratch.contacts.has_line |= !scratch.clip.polygon.is_empty();
-        scratch.contacts.add_all(&scratch.clip.polygon);
     }
 
     /// Clips the line on which a sole touches a curved surface with this axis (sole frame) to the
@@ -314,7 +370,7 @@ impl Surfaces {
     fn evaluate_contacts(
         &self,
         scratch: &mut Scratch,
-        outline: &[DVec2],
+        sole: &PosedSole,
         area_min: f64,
     ) -> Result<Support, NoSupport> {
         let contacts = &mut scratch.contacts;
@@ -334,8 +390,10 @@ impl Surfaces {
         clip_to_held(hull, spare, ground, self.config.centre_height);
         simplify(hull, POLYGON_VERTICES_MAX);
         if self.config.is_secured && has_open_edges {
-            let outline = (!*is_uneven).then_some(outline);
-            keep_from_ground_edges(hull, spare, outline, self.edge_inset());
+            let pads = sole.pads.iter().map(Vec::as_slice);
+            let whole = sole.pads.is_empty().then_some(sole.outline);
+            let touching = (!*is_uneven).then(|| pads.chain(whole).flatten().copied());
+            keep_from_ground_edges(hull, spare, touching, self.edge_inset());
         }
         let (area, centroid) = area_and_centroid(hull);
         *area_max = area;

@@ -143,17 +143,17 @@ fn touched(ground: &mut [GroundPoint]) -> &[GroundPoint] {
 }
 
 /// Keeps the part of a support (counter-clockwise, sole frame) that is `inset` (m) inside the edges
-/// of the ground: the sides beyond which the sole `outline` extends, all of them without one.
+/// of the ground: the sides beyond which a corner of the sole lies, all of them without `corners`.
 /// `spare` is a buffer.
 pub(crate) fn keep_from_ground_edges(
     hull: &mut Vec<DVec2>,
     spare: &mut Vec<DVec2>,
-    outline: Option<&[DVec2]>,
+    corners: Option<impl Iterator<Item = DVec2> + Clone>,
     inset: f64,
 ) {
     let extends_beyond = |(normal, offset): &(DVec2, f64)| {
-        let is_beyond = |corner: &DVec2| normal.dot(*corner) > offset + ON_OUTLINE_MAX;
-        outline.is_none_or(|outline| outline.iter().any(is_beyond))
+        let is_beyond = |corner: DVec2| normal.dot(corner) > offset + ON_OUTLINE_MAX;
+        corners.as_ref().is_none_or(|corners| corners.clone().any(is_beyond))
     };
     let edges: heapless::Vec<(DVec2, f64), DIRECTIONS_MAX> =
         outward_sides(hull).filter(extends_beyond).take(DIRECTIONS_MAX).collect();
@@ -304,7 +304,7 @@ mod tests {
         let outline = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from);
         let kept = |support: &[DVec2]| {
             let mut hull = support.to_vec();
-            keep_from_ground_edges(&mut hull, &mut Vec::new(), Some(&outline), 4e-3);
+            keep_from_ground_edges(&mut hull, &mut Vec::new(), Some(outline.iter().copied()), 4e-3);
             hull
         };
         assert_eq!(kept(&outline), outline);

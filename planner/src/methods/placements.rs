@@ -4,7 +4,7 @@ use surefoot_shared_types::Pose;
 
 use crate::collision::model::FootPhase;
 use crate::constraints::foothold::Foothold;
-use crate::foot_placement::{PlacementQuery, SampleLimits, SupportedSole, propose};
+use crate::foot_placement::{PlacementQuery, SampleLimits, SoleShape, SupportedSole, propose};
 use crate::methods::workbench::Workbench;
 
 /// Limits of a query near an ideal pose.
@@ -25,8 +25,8 @@ pub(crate) struct Adaptation {
 /// The foothold exactly at a sole pose, if the sole has support and the foot is free there.
 pub(crate) fn foothold_at(bench: &mut Workbench<'_>, limb: usize, pose: &Pose) -> Option<Foothold> {
     let constraints = &bench.context.constraints;
-    let outline = &constraints.robot.soles[limb].polygon;
-    let support = bench.context.surfaces.support(bench.scratch, outline, pose).ok()?;
+    let sole = SoleShape::of(&constraints.robot.soles[limb]);
+    let support = bench.context.surfaces.support_of_sole(bench.scratch, sole, pose).ok()?;
     let is_free = constraints.collision.foot_hit(limb, pose, FootPhase::Stance).is_none();
     is_free.then(|| Foothold::of(&constraints.robot, limb, *pose, support.polygon))
 }
@@ -41,6 +41,7 @@ pub(crate) fn foothold_near(
     let constraints = &bench.context.constraints;
     let query = PlacementQuery {
         sole_polygon: &constraints.robot.soles[limb].polygon,
+        pads: &constraints.robot.soles[limb].pads,
         ideal,
         reach_xy: adaptation.distance,
         reach_z: [-adaptation.height, adaptation.height],

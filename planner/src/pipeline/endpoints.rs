@@ -23,7 +23,7 @@ use crate::foot_placement::YAW_SPREAD_MAX;
 use crate::foot_placement::foothold_query::FootholdQuery;
 use crate::foot_placement::rough_ground::{SoleToRest, rest_pose};
 use crate::foot_placement::sole_support::{NoSupport, SurfacesError};
-use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, Surfaces};
+use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, SoleShape, Surfaces};
 use crate::pipeline::outcome::EndpointError;
 use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
@@ -219,9 +219,9 @@ impl StanceSurfaces {
         for contact in &mut rest_state.contacts[..rest_state.contacts_len as usize] {
             let limb = contact.limb as usize;
             if mode.is_some_and(|mode| mode.carries(limb)) {
-                let support = self.surfaces.support(
+                let support = self.surfaces.support_of_sole(
                     &mut self.scratch,
-                    &robot.soles[limb].polygon,
+                    SoleShape::of(&robot.soles[limb]),
                     &contact.world_from_sole(),
                 );
                 set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
@@ -394,7 +394,7 @@ pub fn foothold_at(
     world_from_sole: &Pose,
 ) -> Result<Foothold, EndpointError> {
     let support = surfaces
-        .support(scratch, &constraints.robot.soles[limb].polygon, world_from_sole)
+        .support_of_sole(scratch, SoleShape::of(&constraints.robot.soles[limb]), world_from_sole)
         .map_err(|reason| EndpointError::Unsupported { limb, reason })?;
     if constraints.collision.foot_hit(limb, world_from_sole, FootPhase::Stance).is_some() {
         return Err(EndpointError::FootCollides { limb });

@@ -14,7 +14,7 @@ use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::{FootPlacement, Foothold, single_mode};
 use crate::foot_placement::YAW_SPREAD_MAX;
 use crate::foot_placement::foothold_query::FootholdQuery;
-use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
+use crate::foot_placement::{SampleLimits, Scratch, SoleShape, Surfaces};
 use crate::motion::ids::TransitionId;
 use crate::motion::mode_graph::ModeGraph;
 use crate::possibility::{GuideRoute, IdealWidth};
@@ -104,8 +104,8 @@ impl<'a> FootholdSampler<'a> {
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
         let robot = &self.constraints.robot;
-        let sole_polygon = &robot.soles[placed.limb].polygon;
-        let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole)
+        let sole = SoleShape::of(&robot.soles[placed.limb]);
+        let Ok(support) = self.surfaces.support_of_sole(scratch, sole, &placed.world_from_sole)
         else {
             return Ok(());
         };
@@ -309,8 +309,8 @@ impl<'a> FootholdSampler<'a> {
         let (offset, turn) = self.random_offset(random);
         let limb = foothold.limb;
         let world_from_sole = foothold.world_from_sole * Pose::from_parts(offset, turn);
-        let support =
-            self.surfaces.support(scratch, &robot.soles[limb].polygon, &world_from_sole).ok()?;
+        let sole = SoleShape::of(&robot.soles[limb]);
+        let support = self.surfaces.support_of_sole(scratch, sole, &world_from_sole).ok()?;
         let is_free = collision.foot_hit(limb, &world_from_sole, FootPhase::LiftOff).is_none();
         is_free.then(|| Foothold::of(robot, limb, world_from_sole, support.polygon))
     }

@@ -35,7 +35,8 @@ struct HeightMap {
 pub(crate) struct Underside {
     /// The hull of all that touches.
     pub(crate) flat_part: Vec<DVec2>,
-    /// Its separate pads: studs, or the heel and the ball of an arched foot. Empty if there is one.
+    /// Its pads: one, or several, as studs or the heel and the ball of an arched foot. Empty if the
+    /// whole declared sole touches.
     pub(crate) pads: Vec<Vec<DVec2>>,
 }
 
@@ -142,8 +143,8 @@ impl HeightMap {
             return whole();
         }
         let parts = self.connected_parts(&kept);
-        let pads = if parts.len() > 1 { parts.as_slice() } else { &[] };
-        Underside { flat_part, pads: pads.iter().map(|part| self.hull(part)).collect() }
+        let pads = parts.iter().map(|part| self.hull(part)).filter(|pad| pad.len() >= 3).collect();
+        Underside { flat_part, pads }
     }
 
     /// The convex hull of cells.

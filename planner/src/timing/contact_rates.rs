@@ -18,7 +18,7 @@ use crate::timing::load_sharing::splits;
 use crate::timing::path_dynamics::{Affine, Chains, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::single_contact;
-use crate::timing::support::{FootWrench, Support};
+use crate::timing::support::{FootSupport, FootWrench, Support};
 use crate::timing::tuning::{DIRECTIONS_MAX, MOMENT_ARM, TORQUE_ROUNDS_MAX, TORQUE_TOLERANCE};
 
 /// The variables before those of the contacts: `x`, and `u` as a difference of two.
@@ -137,6 +137,21 @@ impl ContactProblem<'_> {
     fn shared_joints(&self) -> impl Iterator<Item = usize> + '_ {
         let feet = if self.support.feet.len() > 1 { self.support.feet.as_slice() } else { &[] };
         feet.iter().flat_map(|foot| self.chains[foot.limb].iter().copied())
+    }
+}
+
+/// Whether forces in closed form of the soles alone, without the torques of the legs, bear a force
+/// (N) and a moment about the world's origin (N m).
+pub(crate) fn soles_hold(support: &Support, (force, moment): FootWrench) -> bool {
+    let bears = |foot: &FootSupport, (force, moment): FootWrench| {
+        single_contact::holds(foot, force, moment)
+            || single_contact::rectangle_holds(foot, force, moment)
+    };
+    match support.feet.as_slice() {
+        [foot] => bears(foot, (force, moment - foot.center.cross(force))),
+        [first, second] => splits([first, second], (force, moment))
+            .any(|[of_first, of_second]| bears(first, of_first) && bears(second, of_second)),
+        _ => false,
     }
 }
 

@@ -332,7 +332,7 @@ impl PathTiming {
         if !(check.rates_are_within(open) && check.motion_is_within(from)) {
             return false;
         }
-        stops.find(&mut TimedMotion::new(robot, path, timed), slow_downs)
+        stops.find(&mut TimedMotion::new(robot, memory, path, timed), slow_downs)
     }
 
     /// Number of spans known so far.

@@ -168,9 +168,9 @@ fn resume_duration(motion: &mut TimedMotion<'_>, time: f64) -> Option<f64> {
 
 /// Whether a ramp that begins at plan time `begin` (s) takes no more of the rates around than they
 /// allow, or, within their distance to the limits, than the motion at full speed takes; and whether
-/// the zero-moment point keeps the controller's margin. Both are looked at [`RAMP_PARTS`] times
-/// between any two waypoints, because the acceleration of a motion may change within that time, and
-/// before that at few places, where most ramps fail.
+/// the zero-moment point keeps the controller's margin and contact forces move the robot. All are
+/// looked at [`RAMP_PARTS`] times between any two waypoints, because the acceleration of a motion
+/// may change within that time, and before that at few places, where most ramps fail.
 fn ramp_holds(motion: &mut TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
     let timed = motion.timed;
     let samples = |count: usize| {
@@ -187,7 +187,7 @@ fn ramp_holds(motion: &mut TimedMotion<'_>, begin: f64, ramp: Ramp) -> bool {
     let fine = RAMP_PARTS * libm::ceil(ramp.seconds() / INTERVAL_MAX) as usize;
     samples(RAMP_SAMPLES).all(has_rates)
         && samples(RAMP_SAMPLES.max(fine))
-            .all(|(time, at)| has_rates((time, at)) && motion.is_upright(time, &at))
+            .all(|(time, at)| has_rates((time, at)) && motion.holds(time, &at))
 }
 
 /// Speed along the path below which it rests.

@@ -9,9 +9,8 @@ use crate::timing::limits::Level;
 use crate::timing::path_point::Path;
 use crate::timing::time_law::PathRates;
 use crate::timing::timed_path::{SpanTimes, TimedPath};
-use crate::timing::timed_robot::TimedRobot;
+use crate::timing::timed_robot::{SpanContacts, TimedRobot, TimingMemory};
 use crate::timing::tuning::ZERO_MOMENT_DOUBT;
-use crate::timing::zero_moment::ContactGround;
 
 /// An interval between two waypoints.
 #[derive(Debug, Clone, Copy)]
@@ -41,23 +40,24 @@ impl EmittedInterval {
 #[derive(Debug)]
 pub(super) struct TimedMotion<'a> {
     robot: &'a TimedRobot,
+    memory: &'a mut TimingMemory,
     path: Path<'a>,
     pub timed: &'a TimedPath,
     /// The span in which the last sample was.
-    last: Option<SampledSpan>,
+    last: Option<SampledSpan<'a>>,
 }
 
 /// A span of a motion.
 #[derive(Debug)]
-struct SampledSpan {
+struct SampledSpan<'a> {
     span: usize,
     times: SpanTimes,
-    ground: ContactGround,
+    contacts: SpanContacts<'a>,
     /// The interval in which the last sample was, and its number.
     interval: Option<(usize, EmittedInterval)>,
 }
 
-impl SampledSpan {
+impl SampledSpan<'_> {
     /// The index of the waypoint before a time (s) of the span.
     fn waypoint_before(&self, time: f64) -> usize {
         let SpanTimes { begin, end, intervals } = self.times;
@@ -86,8 +86,13 @@ impl SampledSpan {
 
 impl<'a> TimedMotion<'a> {
     /// A robot's motion along a timed path.
-    pub fn new(robot: &'a TimedRobot, path: Path<'a>, timed: &'a TimedPath) -> Self {
-        Self { robot, path, timed, last: None }
+    pub fn new(
+        robot: &'a TimedRobot,
+        memory: &'a mut TimingMemory,
+        path: Path<'a>,
+        timed: &'a TimedPath,
+    ) -> Self {
+        Self { robot, memory, path, timed, last: None }
     }
 
     /// Shortest time in which the robot brakes or goes on, s.
@@ -95,19 +100,17 @@ impl<'a> TimedMotion<'a> {
         self.robot.ramp_seconds_min()
     }
 
-    /// Whether the zero-moment point keeps the controller's margin at a time while plan time passes
-    /// like this.
-    pub fn is_upright(&mut self, time: f64, at: &PlanTime) -> bool {
-        let Self { robot, path, timed, last } = self;
-        let holds = |last: &SampledSpan| last.times.begin <= time && time < last.times.end;
-        if !last.as_ref().is_some_and(holds) {
-            *last = None;
-        }
-        let sampled = last.get_or_insert_with(|| {
+    /// Whether, at a time while plan time passes like this, the zero-moment point keeps the
+    /// controller's margin and contact forces within the limits move the robot.
+    pub fn holds(&mut self, time: f64, at: &PlanTime) -> bool {
+        let Self { robot, memory, path, timed, last } = self;
+        if !last.as_ref().is_some_and(|last| last.times.begin <= time && time < last.times.end) {
             let span = timed.span_at(time);
-            let ground = robot.contact_ground(&path.spans[span]);
-            SampledSpan { span, times: timed.span_times(span), ground, interval: None }
-        });
+            let contacts = robot.span_contacts(&path.spans[span], 0.0);
+            let times = timed.span_times(span);
+            *last = Some(SampledSpan { span, times, contacts, interval: None });
+        }
+        let Some(sampled) = last else { return false };
         let rates = sampled.rates_at(timed, time);
         let (node, part) = timed.node_before(sampled.span, rates.position);
         let [before, after] = [node, node + 1].map(|at| &timed.nodes[at]);
@@ -115,10 +118,19 @@ impl<'a> TimedMotion<'a> {
             .balance
             .between(&after.balance, &before.inner, part)
             .at(rates.speed, rates.acceleration);
-        sampled.ground.region(Level::Bare, ZERO_MOMENT_DOUBT).contains(&basis.moving(at)) || {
-            let planned = sampled.emitted(timed, *path, time);
-            let moving = robot.ground_load(&sampled.ground, &at.apply(&planned));
-            sampled.ground.region(Level::Bare, 0.0).holds(&moving, || basis.at_rest)
+        let contacts = &sampled.contacts;
+        let load = basis.moving(at);
+        let level = before.level.max(after.level).max(Level::Bare);
+        let is_far_inside = contacts.ground.region(Level::Bare, ZERO_MOMENT_DOUBT).contains(&load);
+        let are_far_inside = TimedRobot::soles_bear(contacts, level, &load);
+        if is_far_inside && are_far_inside {
+            return true;
         }
+        let moving = at.apply(&sampled.emitted(timed, *path, time));
+        let is_upright = is_far_inside || {
+            let load = robot.ground_load(&contacts.ground, &moving);
+            contacts.ground.region(Level::Bare, 0.0).holds(&load, || basis.at_rest)
+        };
+        is_upright && (are_far_inside || robot.is_carried(memory, contacts, level, &moving))
     }
 }

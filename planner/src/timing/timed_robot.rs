@@ -10,7 +10,7 @@ use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
-use crate::timing::contact_rates::{ContactProblem, ContactRates};
+use crate::timing::contact_rates::{ContactProblem, ContactRates, soles_hold};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::load_sharing::{LoadSchedule, share_load};
@@ -20,7 +20,7 @@ use crate::timing::rate_set::RateSet;
 use crate::timing::sole_twist;
 use crate::timing::support::{FootWrench, SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
-    INCLINED_COSINE, LANDING_SPEED_BY_DISTANCE, LANDING_SPEED_INCLINED, LIMITS_PART,
+    CARRIED_DOUBT, INCLINED_COSINE, LANDING_SPEED_BY_DISTANCE, LANDING_SPEED_INCLINED, LIMITS_PART,
     REST_ACCELERATION, SLICK_FRICTION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
 };
 use crate::timing::zero_moment::{BalanceTerms, ContactGround, GroundLoad};
@@ -367,6 +367,42 @@ impl TimedRobot {
         let problem = self.problem(dynamics, support, level, 1.0);
         let is_carried = contact_rates.admits(&problem, DVec2::ZERO);
         if is_carried { load } else { load.max(INADMISSIBLE) }
+    }
+
+    /// Whether soles bear a load on the ground for which nearby loads are borne, too: those
+    /// with the pressure moved by [`CARRIED_DOUBT`]. Where they do not, other forces may.
+    pub(super) fn soles_bear(contacts: &SpanContacts<'_>, level: Level, load: &GroundLoad) -> bool {
+        let (force, moment) = contacts.ground.wrench(load);
+        let reach = CARRIED_DOUBT * force.z;
+        let support = contacts.supports.at(level);
+        [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].into_iter().all(|(x, y)| {
+            let moment = moment + reach * DVec3::new(x, y, 0.0);
+            soles_hold(support, (force, moment))
+        })
+    }
+
+    /// Whether contact forces within friction, soles and efforts of a level move the robot as at an
+    /// instant of a motion. True where no forces are known at the level.
+    pub(super) fn is_carried(
+        &self,
+        memory: &mut TimingMemory,
+        contacts: &SpanContacts<'_>,
+        level: Level,
+        waypoint: &Waypoint,
+    ) -> bool {
+        if level == Level::Unsupported {
+            return true;
+        }
+        let TimingMemory { contact_rates, dynamics } = memory;
+        self.write_instant(waypoint, dynamics);
+        let efforts = level.efforts(&self.limits);
+        let bears = |joint: usize| {
+            contacts.are_loaded[joint].is_none_or(|is_loaded| {
+                dynamics.torque_of_instant(joint, is_loaded).abs() <= efforts[joint]
+            })
+        };
+        let problem = self.problem(dynamics, contacts.supports.at(level), level, 1.0);
+        (0..self.joints_len).all(bears) && contact_rates.admits(&problem, DVec2::ZERO)
     }
 
     /// What the motion of the last [`Self::load`] asks of the robot.

@@ -40,6 +40,9 @@ pub(crate) const ZERO_MOMENT_SHIFT_SHARE: f64 = 0.8;
 /// motion as it is interpolated between waypoints; elsewhere it is interpolated between points of
 /// the path, which differs by up to 5 mm where the point is near the margin.
 pub(crate) const ZERO_MOMENT_DOUBT: f64 = 6e-3;
+/// Distance (m) by which the pressure of a load that is interpolated between points of the path
+/// may move and still be borne, where the motion itself is not looked at.
+pub(crate) const CARRIED_DOUBT: f64 = 1e-2;
 /// The part of the limits for which rates are computed. The rest covers what lies between two
 /// points of the path; motions are checked against the whole limits.
 pub(crate) const LIMITS_PART: f64 = 0.985;

@@ -14,6 +14,7 @@ use crate::timing::limit::Limit;
 use crate::timing::limits::Level;
 use crate::timing::path_dynamics::PathDynamics;
 use crate::timing::rate_set::RateSet;
+use crate::timing::support::FootWrench;
 use crate::timing::tuning::{
     ZERO_MOMENT_BARE_SHARE, ZERO_MOMENT_DEPTH_SHARE, ZERO_MOMENT_PARTIAL_RESERVE,
     ZERO_MOMENT_RESERVE, ZERO_MOMENT_SHIFT_MIN, ZERO_MOMENT_SHIFT_SHARE,
@@ -39,26 +40,29 @@ pub(crate) struct ZeroMomentRegion<'a> {
     checked: f64,
 }
 
-/// The load on the ground of a span, as far as the zero-moment point needs it.
+/// The load on the ground of a span.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct GroundLoad {
-    /// Force upward, N.
-    press: f64,
-    /// Moments about x and y of the point of the ground's plane on the world's z axis, N m.
-    about: DVec2,
+    /// Force on the robot, N.
+    force: DVec3,
+    /// Moment about the point of the ground's plane on the world's z axis, N m.
+    moment: DVec3,
 }
 
 impl GroundLoad {
     /// The sum with `factor` times another one.
     pub fn plus(&self, other: &Self, factor: f64) -> Self {
-        Self { press: self.press + other.press * factor, about: self.about + other.about * factor }
+        Self {
+            force: self.force + other.force * factor,
+            moment: self.moment + other.moment * factor,
+        }
     }
 
     /// The load at `part` (0 to 1) of the way to another one.
     pub fn lerp(&self, other: &Self, part: f64) -> Self {
         Self {
-            press: self.press + (other.press - self.press) * part,
-            about: self.about.lerp(other.about, part),
+            force: self.force + (other.force - self.force) * part,
+            moment: self.moment.lerp(other.moment, part),
         }
     }
 }
@@ -133,7 +137,13 @@ impl ContactGround {
     /// The load of a wrench about a point (world, m).
     pub fn load(&self, (force, moment): (DVec3, DVec3), point: DVec3) -> GroundLoad {
         let arm = point - DVec3::Z * self.ground.height;
-        GroundLoad { press: force.z, about: (moment + arm.cross(force)).truncate() }
+        GroundLoad { force, moment: moment + arm.cross(force) }
+    }
+
+    /// The force of a load (N) and its moment about the world's origin (N m).
+    pub fn wrench(&self, load: &GroundLoad) -> FootWrench {
+        let arm = DVec3::Z * self.ground.height;
+        (load.force, load.moment + arm.cross(load.force))
     }
 
     /// The ground under these contacts. `checked` is the margin (m) that the controller demands,
@@ -164,7 +174,7 @@ impl ZeroMomentRegion<'_> {
         for side in self.ground.region.sides() {
             let [x, u, rest] =
                 [by_speed, by_acceleration, at_rest].map(|load| self.excess(side, load));
-            let spare = (-rest).max(self.shift(rest, at_rest.press));
+            let spare = (-rest).max(self.shift(rest, at_rest.force.z));
             rates.clip(DVec2::new(x, u), spare, Limit::ZeroMoment);
         }
     }
@@ -183,7 +193,7 @@ impl ZeroMomentRegion<'_> {
         let rest = at_rest();
         self.ground.region.sides().iter().all(|side| {
             let [moving, at_rest] = [moving, &rest].map(|load| self.excess(side, load));
-            moving - at_rest <= (-at_rest).max(self.shift(at_rest, rest.press))
+            moving - at_rest <= (-at_rest).max(self.shift(at_rest, rest.force.z))
         })
     }
 
@@ -198,14 +208,19 @@ impl ZeroMomentRegion<'_> {
     /// `(-m_y, m_x) / f_z`; inside, its depth is at least the margin.
     fn excess(&self, side: &HalfPlane, load: &GroundLoad) -> f64 {
         let limit = side.offset + self.margin;
-        limit * load.press - side.normal.dot(DVec2::new(-load.about.y, load.about.x))
+        limit * load.force.z - side.normal.dot(DVec2::new(-load.moment.y, load.moment.x))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use surefoot_shared_types::message::SupportMode;
+
     use crate::geometry::convex_region::ConvexRegion;
+    use crate::timing::contact_rates::soles_hold;
+    use crate::timing::path_point::PathSpan;
+    use crate::timing::support::Support;
 
     #[test]
     fn near_the_edge_a_motion_uses_a_part_of_what_the_controller_leaves() {
@@ -214,8 +229,10 @@ mod tests {
         let ground =
             ContactGround { ground: Ground { height: 0.0, region }, checked: 5e-3, reserve: 4e-3 };
         let region = ground.region(Level::Bare, 0.0);
-        let load =
-            |depth: f64| GroundLoad { press: 500.0, about: DVec2::Y * 500.0 * (depth - 0.1) };
+        let load = |depth: f64| GroundLoad {
+            force: 500.0 * DVec3::Z,
+            moment: DVec3::Y * 500.0 * (depth - 0.1),
+        };
         for (rest, least) in [(5.5e-3, 5.1e-3), (6.5e-3, 5.5e-3), (0.02, 7e-3)] {
             let holds = |depth: f64| region.holds(&load(depth), || load(rest));
             assert!(holds(least + 1e-6) && !holds(least - 1e-6), "{rest}");
@@ -230,7 +247,10 @@ mod tests {
 
     #[test]
     fn the_load_by_squared_speed_is_cubic_between_points() {
-        let load = |press: f64| GroundLoad { press, about: DVec2::new(-press, 2.0 * press) };
+        let load = |of: f64| GroundLoad {
+            force: DVec3::new(3.0, -1.0, 1.0) * of,
+            moment: DVec3::new(-1.0, 2.0, 4.0) * of,
+        };
         let cubic = |t: f64| load(3.0 - 2.0 * t + 5.0 * t * t - 7.0 * t * t * t);
         let terms = |t: f64| BalanceTerms {
             at_rest: load(t),
@@ -247,8 +267,60 @@ mod tests {
                 (found.by_acceleration, expected.by_acceleration),
             ] {
                 let off = a.plus(&b, -1.0);
-                assert!(off.press.abs() + off.about.length() < 1e-12, "{part}: {a:?} {b:?}");
+                assert!(off.force.length() + off.moment.length() < 1e-12, "{part}: {a:?} {b:?}");
             }
         }
+    }
+
+    /// A step of H1-2 up a spiral: its stance soles with 19 cm between their heights.
+    fn spiral_step() -> PathSpan {
+        let corners = [
+            [-0.0835, -0.0329],
+            [-0.0759, -0.0405],
+            [0.13319, -0.04032],
+            [0.17132, -0.02196],
+            [0.17132, 0.02196],
+            [0.13155, 0.0405],
+            [-0.07787, 0.04024],
+            [-0.0835, 0.0329],
+        ];
+        let contact = |limb: u32, position: [f64; 3], [sin, cos]: [f64; 2]| {
+            let mut contact: Contact = bytemuck::Zeroable::zeroed();
+            (contact.limb, contact.position) = (limb, position);
+            (contact.rotation, contact.polygon_len) = ([0.0, 0.0, sin, cos], corners.len() as u32);
+            contact.polygon[..corners.len()].copy_from_slice(&corners);
+            contact
+        };
+        let left = [-0.10687865975, 0.50874721527, 1.131429];
+        let right = [0.24986517078, 0.5356868676, 0.942857];
+        let contacts = [
+            contact(0, left, [0.9531906198481629, 0.3023700418915128]),
+            contact(1, right, [0.9808930888117418, 0.19454754771356206]),
+        ];
+        PathSpan {
+            first: 0,
+            last: 1,
+            starts_at_rest: false,
+            support: SupportMode::Double,
+            contacts: contacts.into_iter().collect(),
+        }
+    }
+
+    #[test]
+    fn a_zero_moment_point_inside_is_not_enough_on_feet_at_different_heights() {
+        let span = spiral_step();
+        let ground = ContactGround::new(&span.contacts, 5e-3, false);
+        let support = Support::new(&span, Level::Bare, 0.0, 0.6);
+        let holds = |force: DVec3, moment: DVec3| {
+            let load = ground.load((force, moment), DVec3::ZERO);
+            assert!(ground.region(Level::Bare, 0.0).contains(&load));
+            soles_hold(&support, ground.wrench(&load))
+        };
+        // While it brakes. A linear program finds no forces within friction, either.
+        let force = DVec3::new(-168.844, 20.549, 647.617);
+        assert!(!holds(force, DVec3::new(310.442, -377.087, 92.595)));
+        // At rest between the feet.
+        let at = DVec3::new(0.07, 0.52, 1.0);
+        assert!(holds(650.0 * DVec3::Z, at.cross(650.0 * DVec3::Z)));
     }
 }

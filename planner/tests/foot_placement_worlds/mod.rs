@@ -174,6 +174,7 @@ pub fn free(_: &Pose) -> bool {
 pub fn query<'a>(sole_polygon: &'a [DVec2], ideal: Pose) -> PlacementQuery<'a> {
     PlacementQuery {
         sole_polygon,
+        pads: &[],
         ideal,
         reach_xy: 0.3,
         reach_z: [-0.3, 0.3],

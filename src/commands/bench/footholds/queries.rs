@@ -139,6 +139,7 @@ fn request(sole: &[DVec2], seed: u64, query: u64) -> PlacementQuery<'_> {
     let heading = within(std::f64::consts::PI);
     PlacementQuery {
         sole_polygon: sole,
+        pads: &[],
         ideal: Pose::from_parts(position, rotation_about(DVec3::Z, heading)),
         reach_xy: REACH,
         reach_z: [-REACH, REACH],
