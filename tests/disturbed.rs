@@ -293,7 +293,7 @@ fn from_a_foot_that_landed_beside_the_goal_the_last_step_is_found() {
 }
 
 #[test]
-fn a_walk_as_executed_with_misplaced_feet_is_refused_by_the_check_in_one_line() {
+fn the_check_refuses_a_motion_executed_with_misplaced_feet_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let (scenario, walked) = (short_walk(folder.path()), folder.path().join("walked.json"));
     let walked = walked.to_str().unwrap();
@@ -305,7 +305,7 @@ fn a_walk_as_executed_with_misplaced_feet_is_refused_by_the_check_in_one_line() 
     assert!(lines[0].contains("disturb_seed") && lines[0].contains("--disturb 3"), "{}", lines[0]);
     let undisturbed = run(&["walk", &scenario, "--quiet", "--executed", walked]);
     assert_eq!(undisturbed.code, 0, "{}", undisturbed.err);
-    assert_eq!(run(&["check", walked]).code, 0, "a walk without misplaced feet is judged");
+    assert_eq!(run(&["check", walked]).code, 0, "a walk without misplaced feet is checked");
 }
 
 #[test]

@@ -357,6 +357,33 @@ fn a_plan_may_weaken_the_motors_of_its_robot_but_not_strengthen_them() {
 }
 
 #[test]
+fn a_mistyped_key_is_refused_and_one_of_another_program_is_not() {
+    let folder = Folder::new();
+    let written = serde_json::to_value(plan(&folder)).unwrap();
+    let renamed = |pointer: &str, from: &str, to: &str| {
+        let mut json = written.clone();
+        let object = json.pointer_mut(pointer).unwrap().as_object_mut().unwrap();
+        let value = object.remove(from).unwrap_or_else(|| json!(1));
+        object.insert(to.to_owned(), value);
+        folder.write("plan.json", json.to_string().as_bytes());
+        load_plan(&folder.path("plan.json")).map(drop).map_err(|error| error.to_string())
+    };
+    for (pointer, from, to) in [
+        ("/robot", "effort_limits", "effort_limit"),
+        ("/robot", "effort_limits", "effortLimits"),
+        ("/robot", "locked_joints", "locked_joint"),
+        ("/robot", "robot_file", "robotfile"),
+        ("", "origin", "Origin"),
+    ] {
+        let refused = renamed(pointer, from, to).unwrap_err();
+        let expected = format!("the key '{to}' is unknown; is '{from}' meant?");
+        assert!(refused.contains(&expected), "{refused}");
+    }
+    assert_eq!(renamed("", "none", "author"), Ok(()));
+    assert_eq!(renamed("/robot", "none", "colour"), Ok(()));
+}
+
+#[test]
 fn invalid_plans_are_refused() {
     for (pointer, value, complaint) in [
         ("/schema", json!("biped-plan/2"), "only 'biped-plan/1'"),

@@ -2,6 +2,7 @@
 
 pub(crate) mod check;
 pub mod chunks;
+pub(crate) mod keys;
 pub mod origin;
 pub mod ramps;
 pub mod read;

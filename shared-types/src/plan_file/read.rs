@@ -6,6 +6,7 @@ use crate::base::file_kind::FileKind;
 use crate::base::input_error::InputError;
 use crate::base::text_file::TextFile;
 use crate::plan_file::check::check_plan;
+use crate::plan_file::keys::check_keys;
 use crate::plan_format::blocks::PlanFile;
 use crate::robot::load::robot_from_block;
 use crate::robot::model::RobotModel;
@@ -20,7 +21,7 @@ const PLAN_BYTES_MAX: u64 = 1 << 30;
 /// # Errors
 /// The file cannot be read or is not `biped-plan/1`; a number is not finite or exceeds 1e6; the
 /// length of a quaternion differs from 1 by more than 1e-4; the time of the waypoints does not
-/// increase; or the phases do not cover the waypoints in order.
+/// increase; a key is nearly a known one; or the phases do not cover the waypoints in order.
 pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
     let source = TextFile::read(path, FileKind::Plan, PLAN_BYTES_MAX)?;
     let text = source.text.trim_start_matches('\u{feff}');
@@ -32,7 +33,8 @@ pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
         let refused = InputError::file(path, message).at_line(error.line());
         FileKind::Plan.needed_instead(path, source.text.as_bytes(), refused)
     })?;
-    check_plan(&plan).map_err(|(element, message)| InputError::element(path, element, message))?;
+    let checked = check_keys(text).and_then(|()| check_plan(&plan));
+    checked.map_err(|(element, message)| InputError::element(path, element, message))?;
     Ok(plan)
 }
 
