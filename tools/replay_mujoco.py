@@ -134,8 +134,10 @@ class Robot:
         scale = self.block.get("effort_scale", 1.0)
         for joint in self.joints:
             limit = joint.find("limit")
-            effort = float(limit.get("effort", 0)) if limit is not None else 0.0
-            effort = min(effort, self.block.get("effort_limits", {}).get(joint.get("name"), effort))
+            # An effort of 0 is one that the URDF does not know.
+            stated = float(limit.get("effort", 0)) if limit is not None else 0.0
+            chosen = self.block.get("effort_limits", {}).get(joint.get("name"), stated)
+            effort = min(stated, chosen) if stated > 0.0 else chosen
             self.limits[joint.get("name")] = scale * effort
 
     def body(self, parent, name, xyz, quaternion):
