@@ -265,10 +265,13 @@ def add_world(top, plan, folder, friction):
             if kind == "convex":
                 hull(triangles.reshape(-1, 3), placed)
                 continue
+            up = rotation(pose["quat_xyzw"])[2]
             for triangle in triangles:
                 normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
                 length = np.linalg.norm(normal)
-                if length > 1e-9:
+                # No sole stands on a face that looks down, and its slab would reach through the
+                # top of a body thinner than that.
+                if length > 1e-9 and up @ normal > -1e-3 * length:
                     hull([*triangle, *(triangle - SLAB * normal / length)], placed)
 
 
