@@ -99,3 +99,49 @@ fn a_walk_with_stops_stands_with_other_masses_friction_and_delays() {
     assert_stands(replay(&python, &walked, &[]));
     assert_stands(replay(&python, &walked, &["--disturb", "1"]));
 }
+
+/// A binary STL file of boxes between two corners, m.
+fn stl(boxes: &[[[f32; 3]; 2]]) -> Vec<u8> {
+    let faces =
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [1, 5, 7, 3], [0, 2, 6, 4]];
+    let mut bytes = vec![0; 80];
+    bytes.extend((12 * boxes.len() as u32).to_le_bytes());
+    for corners in boxes {
+        for [a, b, c, d] in faces {
+            for triangle in [[a, b, c], [a, c, d]] {
+                bytes.extend([0; 12]);
+                for corner in triangle {
+                    let place = [2, 1, 0].map(|bit| corners[corner >> bit & 1][2 - bit]);
+                    place.iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+                }
+                bytes.extend([0; 2]);
+            }
+        }
+    }
+    bytes
+}
+
+#[test]
+fn a_walk_over_a_threshold_of_a_binary_stl_file_stands() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let floor = [[-1.0, -1.5, -0.2], [5.0, 1.5, 0.0]];
+    let wall = |low: f32, high: f32| [[2.0, low, 0.0], [2.12, high, 2.2]];
+    let threshold = [[2.0, -0.5, 0.0], [2.12, 0.5, 0.02]];
+    let boxes = [floor, threshold, wall(-1.5, -0.5), wall(0.5, 1.5)];
+    fs::write(file("room.stl"), stl(&boxes)).unwrap();
+    let world = "mu = 0.7\n\n[[shapes]]\nname = \"room\"\nmesh = { path = \"room.stl\" }\n";
+    fs::write(file("world.toml"), world).unwrap();
+    let robot = fs::canonicalize("configs/robots/hubo/robot.toml").unwrap();
+    let scenario = format!(
+        "robot = {robot:?}\nworld = \"world.toml\"\nseed = 1\n[start]\nxyz = [0.0, 0.0, 0.0]\n\
+         yaw = 0.0\n[goal]\nxyz = [4.0, 0.5, 0.0]\nyaw = 1.57\n"
+    );
+    fs::write(file("scenario.toml"), scenario).unwrap();
+    let [from, to] = [file("scenario.toml"), file("plan.json")];
+    let [from, to] = [from.to_str().unwrap(), to.to_str().unwrap()];
+    let planned = run(&["plan", from, "--motion", "smooth", "--quiet", "--export", to]);
+    assert_eq!(planned.code, 0, "{}{}", planned.out, planned.err);
+    assert_stands(replay(&python, Path::new(to), &[]));
+}

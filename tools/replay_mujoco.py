@@ -134,8 +134,10 @@ class Robot:
         scale = self.block.get("effort_scale", 1.0)
         for joint in self.joints:
             limit = joint.find("limit")
-            effort = float(limit.get("effort", 0)) if limit is not None else 0.0
-            effort = min(effort, self.block.get("effort_limits", {}).get(joint.get("name"), effort))
+            # An effort of 0 is one that the URDF does not know.
+            stated = float(limit.get("effort", 0)) if limit is not None else 0.0
+            chosen = self.block.get("effort_limits", {}).get(joint.get("name"), stated)
+            effort = min(stated, chosen) if stated > 0.0 else chosen
             self.limits[joint.get("name")] = scale * effort
 
     def body(self, parent, name, xyz, quaternion):
@@ -263,10 +265,13 @@ def add_world(top, plan, folder, friction):
             if kind == "convex":
                 hull(triangles.reshape(-1, 3), placed)
                 continue
+            up = rotation(pose["quat_xyzw"])[2]
             for triangle in triangles:
                 normal = np.cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
                 length = np.linalg.norm(normal)
-                if length > 1e-9:
+                # No sole stands on a face that looks down, and its slab would reach through the
+                # top of a body thinner than that.
+                if length > 1e-9 and up @ normal > -1e-3 * length:
                     hull([*triangle, *(triangle - SLAB * normal / length)], placed)
 
 
