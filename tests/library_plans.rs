@@ -96,7 +96,8 @@ fn a_chunk_whose_form_is_not_sound_is_refused_before_its_motion_is_looked_at() {
     let plan = plan(&robot, &world);
     let mut checker = Checker::new(&robot, &world, &Parameters::default()).unwrap();
     checker.check_plan(&plan).unwrap();
-    let changes: [(&str, fn(&mut PlanChunk)); 7] = [
+    type Change = (&'static str, fn(&mut PlanChunk));
+    let changes: [Change; 7] = [
         ("mode", |chunk| chunk.mode = 9),
         ("contacts", |chunk| chunk.contacts[0].limb = 7),
         ("contacts", |chunk| chunk.contacts_len = 1),

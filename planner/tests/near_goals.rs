@@ -115,20 +115,20 @@ fn a_kerb_is_climbed_directly() {
 
 #[test]
 fn a_sole_at_the_goal_is_no_farther_aside_than_its_tolerance() {
-    // At the left sole's place at the goal a small block is under less of the sole than it needs;
-    // with the sole 2 cm aside all of the block is under it.
+    // At the left sole's place at the goal a small block is under less of the sole than it needs; a
+    // centimetre or two aside more of it is.
     let case = |tolerance: f64| {
         let mut case = goal([0.3, 0.0], 0.0, 0.2);
         case.world.shapes.clear();
         case.scenario.goal_tolerance.position = tolerance;
         case.with_box([0.0, 0.0, -0.25], [0.15, 0.5, 0.25])
             .with_box([0.3, -0.1, -0.25], [0.15, 0.08, 0.25])
-            .with_box([0.32, 0.145, -0.25], [0.05, 0.0425, 0.25])
+            .with_box([0.32, 0.155, -0.25], [0.06, 0.045, 0.25])
     };
-    let planner = found(&case(0.05), "2 cm aside");
+    let planner = found(&case(0.05), "a little aside");
     let last = planner.chunks().last().unwrap();
     let left = last.contacts().iter().find(|contact| contact.limb == 0).unwrap();
-    assert!(left.position[1] > 0.11, "{:?}", left.position);
+    assert!(left.position[1] > 0.105, "{:?}", left.position);
     let outcome = run(&mut case(5e-3).planner(1), u64::MAX);
     assert!(matches!(outcome, Outcome::GoalInvalid(_)), "{outcome:?}");
 }

@@ -31,7 +31,7 @@ pub struct Problem {
     pub(crate) config: CheckerConfig,
     pub(crate) start: EndBlock,
     pub(crate) goal: EndBlock,
-    /// How far soles may be turned at the goal, rad; nothing where the goal's own tolerance says it.
+    /// How far soles may be turned at the goal, rad; nothing where the tolerance of `goal` says it.
     pub(crate) goal_turn_max: Option<f64>,
     /// Whose limits hold, one line each.
     pub(crate) notes: Vec<String>,
