@@ -144,8 +144,8 @@ impl EndpointStage {
         Ok([start, goal])
     }
 
-    /// Whether the soles are where the goal has them. A goal of which they are within the tolerances
-    /// alone is walked to: it may be one short step away.
+    /// Whether the soles are where the goal has them. A goal within its tolerances alone is walked
+    /// to: it may be one short step away.
     fn is_at_goal(&self, [start, goal]: [&Endpoint; 2]) -> bool {
         let GoalTolerance { position, yaw } = self.goal_tolerance;
         let offset_max = STAY_OFFSET_MAX.min(TOLERANCE_SHARE * position);
