@@ -62,8 +62,8 @@ pub struct ChunkExecutor {
     rest_state: Option<RestState>,
     /// The last accepted chunks of the plan: a smooth plan goes on without a rest.
     recent: RecentChunks,
-    /// The swing foot that touches the world at the end of the last chunk, and the pose in which its
-    /// sole began to.
+    /// The swing foot that touches the world at the end of the last chunk, and the pose in which
+    /// its sole began to.
     touch: Option<(usize, Pose)>,
     /// The actual rest state, if the feet were misplaced.
     actual: Option<RestState>,
