@@ -12,7 +12,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Contact, SupportMode};
 
-use crate::timing::tuning::INCLINED_COSINE;
+use crate::timing::tuning::{INCLINED_COSINE, LEVEL_HEIGHT_MAX};
 
 /// Number of coordinates of a derivative: root position, root rotation, joints.
 pub const VELOCITY_MAX: usize = crate::robot::inverse_dynamics::VELOCITY_MAX;
@@ -72,6 +72,15 @@ impl PathSpan {
     pub fn is_inclined(&self) -> bool {
         let rise = |contact: &Contact| (contact.world_from_sole().rotation * DVec3::Z).z;
         self.contacts.iter().any(|contact| rise(contact) < INCLINED_COSINE)
+    }
+
+    /// Whether the stance soles lie in one level plane, on which pressure in their hull always has
+    /// forces.
+    pub fn is_level(&self) -> bool {
+        let heights = || self.contacts.iter().map(|contact| contact.position[2]);
+        let [low, high] =
+            [heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max)];
+        !self.is_inclined() && high - low <= LEVEL_HEIGHT_MAX
     }
 }
 

@@ -53,6 +53,8 @@ struct SampledSpan<'a> {
     span: usize,
     times: SpanTimes,
     contacts: SpanContacts<'a>,
+    /// Whether its soles lie in one level plane.
+    is_level: bool,
     /// The interval in which the last sample was, and its number.
     interval: Option<(usize, EmittedInterval)>,
 }
@@ -107,8 +109,8 @@ impl<'a> TimedMotion<'a> {
         if !last.as_ref().is_some_and(|last| last.times.begin <= time && time < last.times.end) {
             let span = timed.span_at(time);
             let contacts = robot.span_contacts(&path.spans[span], 0.0);
-            let times = timed.span_times(span);
-            *last = Some(SampledSpan { span, times, contacts, interval: None });
+            let (times, is_level) = (timed.span_times(span), path.spans[span].is_level());
+            *last = Some(SampledSpan { span, times, contacts, is_level, interval: None });
         }
         let Some(sampled) = last else { return false };
         let rates = sampled.rates_at(timed, time);
@@ -122,7 +124,7 @@ impl<'a> TimedMotion<'a> {
         let load = basis.moving(at);
         let level = before.level.max(after.level).max(Level::Bare);
         let is_far_inside = contacts.ground.region(Level::Bare, ZERO_MOMENT_DOUBT).contains(&load);
-        let are_far_inside = TimedRobot::soles_bear(contacts, level, &load);
+        let are_far_inside = sampled.is_level || TimedRobot::soles_bear(contacts, level, &load);
         if is_far_inside && are_far_inside {
             return true;
         }

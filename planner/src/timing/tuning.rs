@@ -17,6 +17,8 @@ pub(crate) const COP_MARGIN_INCLINED: f64 = 0.012;
 pub(crate) const INCLINED_RATES_PART: f64 = 0.7;
 /// Cosine of the inclination from which a sole counts as inclined: 2.6 degrees.
 pub(crate) const INCLINED_COSINE: f64 = 0.999;
+/// Soles whose heights differ by more do not lie in one level plane, m.
+pub(crate) const LEVEL_HEIGHT_MAX: f64 = 5e-3;
 /// Least distance of the centre of pressure where a configuration cannot stand otherwise, m: first
 /// the larger, then the smaller.
 pub(crate) const RELAXED_COP_MARGINS: [f64; 2] = [0.01, 0.004];
