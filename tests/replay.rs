@@ -130,8 +130,8 @@ fn a_walk_over_a_threshold_of_a_binary_stl_file_stands() {
     let wall = |low: f32, high: f32| [[2.0, low, 0.0], [2.12, high, 2.2]];
     let threshold = [[2.0, -0.5, 0.0], [2.12, 0.5, 0.02]];
     let boxes = [floor, threshold, wall(-1.5, -0.5), wall(0.5, 1.5)];
-    fs::write(file("room.stl"), stl(&boxes)).unwrap();
-    let world = "mu = 0.7\n\n[[shapes]]\nname = \"room\"\nmesh = { path = \"room.stl\" }\n";
+    fs::write(file("doorway.stl"), stl(&boxes)).unwrap();
+    let world = "mu = 0.7\n\n[[shapes]]\nname = \"doorway\"\nmesh = { path = \"doorway.stl\" }\n";
     fs::write(file("world.toml"), world).unwrap();
     let robot = fs::canonicalize("configs/robots/hubo/robot.toml").unwrap();
     let scenario = format!(

@@ -94,6 +94,29 @@ fn refusal(change: impl Fn(&mut PlanChunk)) -> Check {
 }
 
 #[test]
+fn a_swing_foot_is_not_dragged_along_by_many_short_chunks() {
+    let mut light = robot();
+    light.links[2].mass = 0.1;
+    light.links[0].com.y = 0.1;
+    let checker = Checker::new(light, world(vec![]), CheckerConfig::default()).unwrap();
+    let mut executor = ChunkExecutor::new(checker, IDENTITY);
+    // The right hip moves the foot over the floor by less than a chunk may.
+    let at = |step: u64| {
+        let mut at = waypoint(step as f64, 0.0, 0.0);
+        at.q[1] = 0.005 * step as f64;
+        at
+    };
+    let mut walk = |step: u64| {
+        let motion = [at(step), at(step + 1)];
+        let chunk = chunk(step, executor.stream(), SupportMode::Left, &[contact(0)], &motion);
+        executor.check_and_execute(&chunk)
+    };
+    walk(0).unwrap();
+    let violation = (1..4).find_map(|step| walk(step).err()).unwrap();
+    assert!(violation.detail.contains("right foot slides over the world"), "{violation}");
+}
+
+#[test]
 fn chunks_in_order_are_executed_to_the_end() {
     let mut executor = executor();
     executor.check_and_execute(&first()).unwrap();

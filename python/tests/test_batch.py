@@ -93,6 +93,22 @@ def test_a_walk_without_a_plan_is_a_row(tmp_path: Path) -> None:
     assert surefoot.Plan.load(tmp_path / "flat_walk-hubo-1.json").duration == row["duration"]
 
 
+def test_plans_of_scenario_files_of_one_name_are_kept_apart(
+    repository: Path, tmp_path: Path
+) -> None:
+    configs = repository / "configs"
+    for goal in ("1.0", "1.5"):
+        folder = tmp_path / goal
+        folder.mkdir()
+        (folder / "walk.toml").write_text(
+            f'robot = "{configs}/robots/hubo/robot.toml"\n'
+            f'world = "{configs}/worlds/flat_walk.toml"\n'
+            f"[start]\nxyz = [0.5, 0.0, 0.0]\n[goal]\nxyz = [{goal}, 0.0, 0.0]\n"
+        )
+        walk(Task(str(folder / "walk.toml"), "", 1), Options(plans=str(tmp_path)))
+    assert len(list(tmp_path.glob("walk-hubo-1-*.json"))) == 2
+
+
 def test_the_page_states_what_the_tables_hold(alone: Path) -> None:
     text = write_page(alone).read_text()
     count = len(SCENARIOS) * len(SEEDS)

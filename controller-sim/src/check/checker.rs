@@ -5,6 +5,7 @@
 //! makes all of them. Each check stands in the file of its name.
 
 use glam::DVec3;
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Check, Contact, Margins, Waypoint};
@@ -177,6 +178,20 @@ impl Checker {
             record(&mut report, check, self.run(check, &case, heartbeat)?);
         }
         Ok(report.margins)
+    }
+
+    /// The pose in which the sole of a swing foot began to touch the world, if it still does at the
+    /// last waypoint; `before` is what this was at the first one.
+    ///
+    /// # Errors
+    /// The foot has slid since then.
+    pub(crate) fn check_touch(
+        &self,
+        limb: usize,
+        waypoints: &[Waypoint],
+        before: Option<Pose>,
+    ) -> Result<Option<Pose>, Violation> {
+        self.collisions.check_touch((&self.model, limb), waypoints, before)
     }
 
     /// The checks of a smooth motion's stops alone, on the part of them that lies within a segment.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::Check;
+use surefoot_shared_types::message::{Check, Waypoint};
 use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::base::comparison::is_at_most;
@@ -12,7 +12,7 @@ use crate::check::continuous_collision::{BodyPair, ContinuousCollision, overlap_
 use crate::check::motion::Sample;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::{Case, Violation};
-use crate::check::swing_clearance::check_swing_clearance;
+use crate::check::swing_clearance::{check_swing_clearance, check_touch};
 use crate::check::tuning::DISTANCE_CAP;
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::solid_separation;
@@ -83,6 +83,16 @@ impl CollisionModel {
         let nearest = found?;
         check_swing_clearance(model, case, &self.robot, (&self.world, &self.world_poses))?;
         Ok(nearest)
+    }
+
+    /// [`check_touch`] of a foot in the world.
+    pub fn check_touch(
+        &self,
+        swing: (&RobotModel, usize),
+        waypoints: &[Waypoint],
+        before: Option<Pose>,
+    ) -> Result<Option<Pose>, Violation> {
+        check_touch(swing, waypoints, before, &self.robot, (&self.world, &self.world_poses))
     }
 
     /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`].

@@ -6,6 +6,7 @@
 
 use std::cmp::Ordering;
 
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::scenario::{GoalTolerance, StancePose};
 use surefoot_shared_types::message::Margins;
@@ -61,6 +62,9 @@ pub struct ChunkExecutor {
     rest_state: Option<RestState>,
     /// The last accepted chunks of the plan: a smooth plan goes on without a rest.
     recent: RecentChunks,
+    /// The swing foot that touches the world at the end of the last chunk, and the pose in which
+    /// its sole began to.
+    touch: Option<(usize, Pose)>,
     /// The actual rest state, if the feet were misplaced.
     actual: Option<RestState>,
     margins: Margins,
@@ -111,6 +115,7 @@ impl ChunkExecutor {
             finished: false,
             rest_state: None,
             recent: RecentChunks::default(),
+            touch: None,
             actual: None,
             margins: Margins::UNMEASURED,
         }
@@ -153,6 +158,7 @@ impl ChunkExecutor {
                 contacts: contacts(limbs),
             }),
             recent: RecentChunks::default(),
+            touch: None,
             actual: None,
             margins: feedback.margins,
         }
@@ -223,6 +229,7 @@ impl ChunkExecutor {
         chunk: &PlanChunk,
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
+        self.touch_after(chunk)?;
         let mode = mode_of(chunk);
         if !chunk.is_smooth() {
             let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
@@ -235,8 +242,23 @@ impl ChunkExecutor {
         recent.check_next(&mut self.checker, (mode, chunk), heartbeat)
     }
 
+    /// The swing foot that touches the world at the end of a chunk, and the pose in which its sole
+    /// began to, in this chunk or before.
+    fn touch_after(&self, chunk: &PlanChunk) -> Result<Option<(usize, Pose)>, Violation> {
+        let limb = match mode_of(chunk) {
+            SupportMode::Left => 1,
+            SupportMode::Right => 0,
+            SupportMode::Double => return Ok(None),
+        };
+        let before = self.touch.filter(|(foot, _)| *foot == limb && !self.starts_plan(chunk));
+        let before = before.map(|(_, pose)| pose);
+        let touch = self.checker.check_touch(limb, chunk.waypoints(), before)?;
+        Ok(touch.map(|pose| (limb, pose)))
+    }
+
     /// Executes a chunk that [`Self::check_chunk`] accepted with these margins.
     pub fn execute(&mut self, chunk: &PlanChunk, margins: &Margins) {
+        self.touch = self.touch_after(chunk).unwrap_or_default();
         let starts_plan = self.starts_plan(chunk);
         let so_far = if starts_plan { Margins::UNMEASURED } else { self.margins };
         if starts_plan {

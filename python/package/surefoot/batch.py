@@ -71,7 +71,8 @@ def run(
     ``robots`` are names or files that replace the scenario's robot; ``""`` keeps it. Ray runs on
     this machine with ``workers`` cores (all by default), or on the cluster at ``address``, whose
     machines need this package and all named files. ``plans`` keeps every plan as a file in
-    ``out/plans``. Raises :class:`surefoot.ParameterError` if the folder holds another batch.
+    ``out/plans``; if scenario or robot is a file, its name ends with a digest of their paths.
+    Raises :class:`surefoot.ParameterError` if the folder holds another batch.
     """
     tasks = sorted(
         {Task(*one) for one in itertools.product(map(str, scenarios), robots, map(int, seeds))}

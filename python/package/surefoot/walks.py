@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
 import time
 from dataclasses import dataclass
@@ -84,9 +85,18 @@ def _planned_and_checked(task: Task, options: Options) -> dict[str, Any]:
     row["outcome"] = "accepted" if report.valid else "refused"
     row["message"] = "; ".join(report.violations())
     if options.plans:
-        name = "-".join((Path(task.scenario).stem, robot.name, str(task.seed)))
-        plan.save(Path(options.plans) / f"{name}.json")
+        plan.save(Path(options.plans) / _plan_name(task, robot))
     return row
+
+
+def _plan_name(task: Task, robot: Robot) -> str:
+    """The name of a task's plan file, with a digest of the paths if scenario or robot is a file:
+    others may have the same name."""
+    parts = [Path(task.scenario).stem, robot.name, str(task.seed)]
+    if task.scenario.endswith(".toml") or task.robot.endswith(".toml"):
+        paths = f"{task.scenario}\0{task.robot}"
+        parts.append(hashlib.sha256(paths.encode()).hexdigest()[:8])
+    return "-".join(parts) + ".json"
 
 
 def _measured(plan: Plan) -> dict[str, Any]:

@@ -248,7 +248,7 @@ mod tests {
             upper: limits[1],
             effort: 1.0,
             velocity: 1.0,
-            acceleration: 1.0,
+            stated_acceleration: None,
         }
     }
 
