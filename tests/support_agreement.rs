@@ -19,6 +19,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_about;
+use surefoot_shared_types::config::planner::CONTACT_TILT_MAX;
 use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
 use surefoot_shared_types::geometry::shape::Shape;
 use surefoot_shared_types::message::{Contact, Waypoint};
@@ -242,4 +243,40 @@ fn on_bars_of_any_radius_the_planner_relies_on_all_that_the_checker_measures_and
         assert!(both > 7 * SOLES_ON_BARS / 10 && checker_only < SOLES_ON_BARS / 5, "{agreement:?}");
         assert!(beyond <= BEYOND_ON_BARS_MAX && share > 0.9, "{agreement:?}");
     }
+}
+
+/// A floor that ends at x = 0, from where a ramp rises.
+fn floor_before_ramp(incline: f64) -> World {
+    let half_extents = DVec3::new(0.5, 0.5, 0.1);
+    let block = |name: &str, incline: f64, middle: DVec3| {
+        let rotation = rotation_about(DVec3::Y, -incline);
+        WorldShape {
+            name: name.into(),
+            world_from_shape: Pose::from_parts(rotation * middle, rotation),
+            shape: Shape::Box { half_extents },
+        }
+    };
+    let floor = block("floor", 0.0, DVec3::new(-0.5, 0.0, -0.1));
+    let ramp = block("ramp", incline, DVec3::new(0.5, 0.0, -0.1));
+    World { mu: 0.6, shapes: vec![floor, ramp], digest: Digest::default() }
+}
+
+#[test]
+fn a_toe_that_just_touches_a_ramp_tilts_the_foot_for_both() {
+    let model = hubo();
+    let mut random = Random::new(1, Stream::Preparation, 0, 0);
+    let mut agreement = Agreement::default();
+    for _ in 0..SOLES_ON_BARS {
+        let world = floor_before_ramp(random.uniform(0.02, CONTACT_TILT_MAX));
+        let turn = random.uniform(-0.3, 0.3);
+        // The foremost corner is as far on the ramp.
+        let heading = rotation_about(DVec3::Z, turn);
+        let corners = model.feet[0].polygon.iter().map(|at| (heading * at.extend(0.0)).x);
+        let reach = corners.fold(0.0, f64::max);
+        let place = DVec3::new(random.uniform(5e-4, 8e-3) - reach, 0.0, 0.0);
+        agreement.compare(&model, world, &Pose::from_parts(place, heading));
+    }
+    println!("ramps: {agreement:?}");
+    assert!(agreement.both > SOLES_ON_BARS / 2 && agreement.checker_only == 0, "{agreement:?}");
+    assert!(agreement.beyond <= BEYOND_MAX, "{agreement:?}");
 }

@@ -221,9 +221,8 @@ impl Surfaces {
         if alignment >= self.carrying_cos && (sole.is_braced || self.is_flat_enough(face.normal)) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-            if !face.of_mesh() && width(&buffer.polygon) < self.config.contact_width_min {
-                return;
-            }
+            let is_reliable =
+                face.of_mesh() || width(&buffer.polygon) >= self.config.contact_width_min;
             let within_sole = BoundedPolygon::from_slice(&buffer.polygon).unwrap_or_default();
             for sides in sole.touching() {
                 scratch.clip.polygon.clear();
@@ -232,21 +231,26 @@ impl Surfaces {
                     clip_to_sides(&mut scratch.clip, &sides, 0.0);
                     findings.intrude_pad(&scratch.clip.polygon);
                 }
-                self.touch_face(scratch, sole, (face, vertices), incline);
+                self.touch_face(scratch, sole, (face, vertices), incline, is_reliable);
             }
         }
     }
 
-    /// Adds the part of a face in the clip buffer, which a part of the sole touches.
+    /// Adds the part of a face in the clip buffer, which a part of the sole touches. One that is
+    /// not reliable supports nothing, but a foot that touches it may tilt about it.
     fn touch_face(
         &self,
         scratch: &mut Scratch,
         sole: &PosedSole,
         (face, vertices): (&Face, &[DVec3]),
         incline: f64,
+        is_reliable: bool,
     ) {
         let buffer = &mut scratch.clip;
         scratch.contacts.add_ground(&buffer.polygon, self.config.foot_shift * incline);
+        if !is_reliable {
+            return;
+        }
         if self.config.is_secured && !face.of_mesh() {
             self.keep_from_edges(buffer, sole, vertices);
         }
