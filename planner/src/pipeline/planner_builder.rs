@@ -56,7 +56,7 @@ use crate::pipeline::trial_motion::{self, TrialMotion};
 use crate::pipeline::uniform_rounds::UniformRounds;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::{BalanceReserve, TimeParameterization};
-use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
+use crate::possibility::{CrouchProfile, RouteSearch, SPACING_PER_REACH, UpperBody};
 use crate::preparation::Preparation;
 use crate::preparation::PreparationError;
 use crate::preparation::planning_context::{LeastMargins, PlanningContext};
@@ -302,7 +302,7 @@ impl<'a> PlannerBuilder<'a> {
         let (method, parameters) = self.method;
         let discs = (method == Method::RpgDiscs).then_some(parameters);
         let route = || {
-            let spacing = config.route_vertex_spacing;
+            let spacing = vertex_spacing(config, &context.constraints.robot);
             RouteSearch::new(ends, walking_width, spacing, vertices_max, &bounds, placement)
         };
         Search {
@@ -421,6 +421,12 @@ fn start_in(planner: &mut Planner, rest_state: RestState) {
         planner.search.guide.live.searches_mut().for_each(|route| route.set_start(&start));
         planner.stages.route.set_stance_width(start.stance_width);
     }
+}
+
+/// Distance between the vertices of a route, m: the configured one, less for short legs.
+fn vertex_spacing(config: &PlannerConfig, robot: &Mechanism) -> f64 {
+    let reach = robot.legs.iter().map(|leg| leg.reach()).fold(f64::INFINITY, f64::min);
+    config.route_vertex_spacing.min(SPACING_PER_REACH * reach)
 }
 
 /// Limits of foot placement for this robot's soles and the world's friction.

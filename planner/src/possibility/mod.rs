@@ -38,6 +38,7 @@ pub use mid_feet_pose::MidFeetPose;
 pub use route_condition::RouteCondition;
 pub use route_run::Progress;
 pub use route_search::RouteSearch;
+pub(crate) use tuning::SPACING_PER_REACH;
 pub use upper_body::{UpperBody, UpperBodyFit};
 pub use vertex_candidates::StageContext;
 

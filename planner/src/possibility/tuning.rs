@@ -3,6 +3,13 @@
 //! Values without another source were chosen by the benchmarks of docs/BENCHES.md. Numerical
 //! tolerances stand beside their formula.
 
+// Distance between vertices.
+
+/// Largest distance between two vertices, as a share of a leg's reach: one foot is set down at each
+/// vertex, so that it is the distance of the feet along the route. Farther ones are beyond the
+/// primitives of most robots.
+pub(crate) const SPACING_PER_REACH: f64 = 0.42;
+
 // Metric and steps between mid-feet poses.
 
 /// Weight of height in the metric: stairs cost more than floors.

@@ -178,7 +178,8 @@ pub static PARAMETERS: [Parameter; 30] = [
     Parameter {
         name: "planner.route_vertex_spacing",
         unit: "m",
-        effect: "Distance between the guide-route vertices at which footholds are sampled.",
+        effect: "Distance between the guide-route vertices at which footholds are sampled; at \
+            most 42 % of the reach of a leg.",
         range: reals(Included(0.02), Included(NUMBER_MAX)),
         relation: "",
         source: "method: Grey 4.4.4; value: chosen by measurement; no record",

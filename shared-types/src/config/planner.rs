@@ -49,7 +49,8 @@ pub struct PlannerConfig {
     /// (the share that the default requires of the reference robot), but at least 1.2 times the
     /// checker's `support_area_min`.
     pub support_area_min: f64,
-    /// Distance between the guide-route vertices at which footholds are sampled, m.
+    /// Distance between the guide-route vertices at which footholds are sampled, m; at most 42 % of
+    /// the reach of a leg.
     pub route_vertex_spacing: f64,
     /// Guide routes that are alive at once: stage M works on them in turn, while stage P grows
     /// further ones. With 1 stage P waits for stage M. Memory is reserved for each.
