@@ -6,6 +6,7 @@ use crate::possibility::branch::{Branch, BranchEnd, BranchKind, BranchRequest, B
 use crate::possibility::extension::Extension;
 use crate::possibility::forest::Forest;
 use crate::possibility::guide_route::GuideRoute;
+use crate::possibility::route_condition::RouteCondition;
 use crate::possibility::tuning::{
     LONG_SHORTCUTS_MAX, PARALLEL_SHORTCUTS, SHORTCUT_DRAWS, SHORTCUT_SPAN_MAX, SHORTCUT_SPAN_MIN,
     SHORTCUTS_MAX,
@@ -46,13 +47,18 @@ impl RouteShortcuts {
         }
         let next = tries_max.min(self.tried + PARALLEL_SHORTCUTS[usize::from(is_long)]);
         for index in self.tried..next {
-            let [from, to] = ends_of_shortcut(route, name, index, span_max);
+            // A robot that leans has few ways, and the longest detour may be the one of them.
+            let looks_at_route =
+                !index.is_multiple_of(2) && extension.condition != RouteCondition::Leaning;
+            let [from, to] = ends_of_shortcut(route, name, index, (span_max, looks_at_route));
             branches.begin(BranchRequest {
                 kind: BranchKind::Shortcut { from, to },
                 extension: Extension {
                     target: route.pose(to),
                     target_posture: route.vertices[to].posture,
-                    heading_offset: heading_offset(route, index, [from, to], extension),
+                    heading_offset: sideways(route, [from, to])
+                        .filter(|_| looks_at_route)
+                        .unwrap_or(extension.heading_offset),
                     ..extension
                 },
                 from: route.vertices[from],
@@ -64,14 +70,14 @@ impl RouteShortcuts {
     }
 }
 
-/// The random ends of a shortcut, as indices of route vertices. Every second one has those of
-/// several draws between which the route makes the longest detour: one loop in a long route would
-/// else be met by chance.
+/// The random ends of a shortcut, as indices of route vertices. One that looks at the route has
+/// those of several draws between which the route makes the longest detour: one loop in a long
+/// route would else be met by chance.
 fn ends_of_shortcut(
     route: &GuideRoute,
     (seed, generation): (u64, u64),
     index: usize,
-    span_max: usize,
+    (span_max, looks_at_route): (usize, bool),
 ) -> [usize; 2] {
     let mut random = Random::new(seed, Stream::Possibility, index as u64 | 1 << 40, generation);
     let mut draw = || {
@@ -81,7 +87,7 @@ fn ends_of_shortcut(
         [from, from + SHORTCUT_SPAN_MIN + random.below(span_most - SHORTCUT_SPAN_MIN)]
     };
     let first = draw();
-    if index.is_multiple_of(2) {
+    if !looks_at_route {
         return first;
     }
     (1..SHORTCUT_DRAWS).map(|_| draw()).fold(first, |longest, ends| {
@@ -89,17 +95,11 @@ fn ends_of_shortcut(
     })
 }
 
-/// Heading of the robot relative to the walking direction on a shortcut, rad: every second one is
-/// walked sideways if the part that it replaces is.
-fn heading_offset(
-    route: &GuideRoute,
-    index: usize,
-    [from, to]: [usize; 2],
-    extension: Extension,
-) -> f64 {
+/// The heading relative to the walking direction (rad) of a part of the route that is walked
+/// sideways; nothing if none is.
+fn sideways(route: &GuideRoute, [from, to]: [usize; 2]) -> Option<f64> {
     let mut offsets = route.vertices[from + 1..=to].iter().map(|vertex| vertex.heading_offset);
-    let aside = offsets.find(|offset| SIDES.contains(offset));
-    aside.filter(|_| !index.is_multiple_of(2)).unwrap_or(extension.heading_offset)
+    offsets.find(|offset| SIDES.contains(offset))
 }
 
 /// By how much the route between two of its vertices is longer than the straight line between
