@@ -309,7 +309,7 @@ fn colliding(
     let total: u64 = rejections.iter().sum();
     let collisions = rejections[Rejection::SelfCollision as usize];
     let is_main = collisions as f64 >= SELF_COLLISIONS_MIN * total as f64 && total > 0;
-    let (links, percent) = colliding_links::most_often(constraints).filter(|_| is_main)?;
+    let (links, percent) = is_main.then(|| colliding_links::most_often(constraints))??;
     Some(CollidingLinks { links, percent })
 }
 

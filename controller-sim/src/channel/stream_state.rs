@@ -2,9 +2,8 @@
 //! checked.
 //!
 //! The CRC comes first; no field is used until it matches, and a damaged chunk is dropped: nothing
-//! in it says who sent it. The content of a chunk is checked only
-//! if the chunk is for this controller, of the current planner session, of the plan in execution,
-//! and the next one.
+//! in it says who sent it. The content of a chunk is checked only if the chunk is for this
+//! controller, of the current planner session, of the plan in execution, and the next one.
 
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;

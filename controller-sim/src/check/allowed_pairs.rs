@@ -188,18 +188,18 @@ pub fn describe(pairs: &[SelfPair], bodies: &[CollisionBody]) -> Vec<String> {
 }
 
 /// The entries of the robot file under `[[allowed_overlaps]]` that allow nothing, one line each
-/// with the reason.
+/// with the reason. `unlocked` is the robot whose locked joints move.
 pub fn without_effect(
-    robot: &RobotModel,
+    unlocked: &RobotModel,
     pairs: &[SelfPair],
     bodies: &[CollisionBody],
 ) -> Vec<String> {
-    let model = robot.unlocked();
     let line = |allowed: &AllowedOverlap| {
-        let ([a, b], reason) = (&allowed.links, reason_of_none(&model, allowed, (pairs, bodies))?);
+        let reason = reason_of_none(unlocked, allowed, (pairs, bodies))?;
+        let [a, b] = &allowed.links;
         Some(format!("[[allowed_overlaps]] of {a} and {b} has no effect: {reason}"))
     };
-    robot.allowed_overlaps.iter().filter_map(line).collect()
+    unlocked.allowed_overlaps.iter().filter_map(line).collect()
 }
 
 /// Why an entry allows nothing; nothing if it does.

@@ -98,7 +98,7 @@ impl Checker {
         let unlocked = model.unlocked();
         let pairs = self_pairs(&model, &robot_bodies);
         let allowed_overlaps = describe(&pairs, &robot_bodies);
-        let idle_overlaps = without_effect(&model, &pairs, &robot_bodies);
+        let idle_overlaps = without_effect(&unlocked, &pairs, &robot_bodies);
         let collisions = CollisionModel::new(&model, &pairs, robot_bodies, world_bodies);
         let equilibrium = Equilibrium::new(world.mu);
         Ok(Self {

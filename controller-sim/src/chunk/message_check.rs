@@ -7,7 +7,9 @@ use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, POLYGON_VERTICES_MAX,
 };
-use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::chunk::{
+    CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST, RAMP_SECONDS_MAX, STOP_ROUNDING_MAX,
+};
 use surefoot_shared_types::message::{
     Check, Contact, Interpolation, PlanChunk, SupportMode, Waypoint, WithCrc,
 };
@@ -19,10 +21,6 @@ use crate::chunk::continuity::{Stance, contacts_match};
 const NUMBER_MAX: f64 = 1e6;
 /// How far a quaternion's length may be from 1.
 const UNIT_ERROR_MAX: f64 = 1e-6;
-/// The longest ramp of plan time, s.
-const RAMP_SECONDS_MAX: f64 = 20.0;
-/// How far the instant at which the robot stands may lie beyond a chunk's end, s.
-const STOP_ROUNDING_MAX: f64 = 1e-9;
 
 /// A controller's id, and the digests of its robot, world and scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -425,8 +425,7 @@ fn start_in(planner: &mut Planner, rest_state: RestState) {
 
 /// Distance between the vertices of a route, m: the configured one, less for short legs.
 fn vertex_spacing(config: &PlannerConfig, robot: &Mechanism) -> f64 {
-    let reach = robot.legs.iter().map(|leg| leg.reach()).fold(f64::INFINITY, f64::min);
-    config.route_vertex_spacing.min(SPACING_PER_REACH * reach)
+    config.route_vertex_spacing.min(SPACING_PER_REACH * robot.shorter_reach())
 }
 
 /// Limits of foot placement for this robot's soles and the world's friction.

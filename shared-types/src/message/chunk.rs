@@ -13,6 +13,11 @@ use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
 use crate::message::request::StancePoseData;
 
+/// Largest excess of the instant at which the robot stands over the chunk's end, s: times are
+/// rounded.
+pub const STOP_ROUNDING_MAX: f64 = 1e-9;
+/// The longest time in which a robot brakes or goes on, s.
+pub const RAMP_SECONDS_MAX: f64 = 20.0;
 /// The layout version in [`PlanChunk::schema`].
 pub const CHUNK_SCHEMA: u64 = 3;
 /// Flag: the first chunk of its plan.

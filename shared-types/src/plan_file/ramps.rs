@@ -1,13 +1,8 @@
 //! The chunks of a plan file, if they fit its waypoints and phases.
 
 use crate::base::limits::CHUNK_WAYPOINTS_MAX;
+use crate::message::chunk::{RAMP_SECONDS_MAX, STOP_ROUNDING_MAX};
 use crate::plan_format::blocks::{ChunkBlock, PlanFile};
-
-/// Largest excess of the instant at which the robot stands over the chunk's end, s: times are
-/// rounded.
-const STOP_ROUNDING_MAX: f64 = 1e-9;
-/// The longest time in which a robot brakes or goes on, s: controllers refuse more.
-const RAMP_SECONDS_MAX: f64 = 20.0;
 
 /// The chunks of a plan file; none in a plan of straight lines.
 ///
