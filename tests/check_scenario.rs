@@ -129,3 +129,101 @@ fn a_plan_that_left_its_robot_behind_says_so() {
         );
     }
 }
+
+/// A part of a plan, from a waypoint within one phase to one within another one.
+fn cut(plan: &mut Value, [first, last]: [usize; 2], [from, to]: [usize; 2]) {
+    let number = |value: &Value| value.as_u64().unwrap() as usize;
+    let mut phases: Vec<Value> = plan["phases"].as_array().unwrap()[first..=last].to_vec();
+    for phase in &mut phases {
+        let [begin, end] = ["first", "last"].map(|name| number(&phase[name]).clamp(from, to));
+        (phase["first"], phase["last"]) = ((begin - from).into(), (end - from).into());
+    }
+    plan["phases"] = phases.into();
+    plan["waypoints"] = plan["waypoints"].as_array().unwrap()[from..=to].to_vec().into();
+}
+
+#[test]
+fn a_plan_that_begins_or_ends_on_one_foot_is_no_answer() {
+    let singles = |plan: &Value| -> Vec<(usize, usize, usize)> {
+        let phases = plan["phases"].as_array().unwrap().iter().enumerate();
+        let single = phases.filter(|(_, phase)| phase["mode"] != "double");
+        let number = |value: &Value| value.as_u64().unwrap() as usize;
+        single.map(|(at, phase)| (at, number(&phase["first"]), number(&phase["last"]))).collect()
+    };
+    let (_one, ends) = planned(|plan| {
+        let &(phase, _, last) = singles(plan).last().unwrap();
+        cut(plan, [0, phase], [0, last - 2]);
+    });
+    let (_other, begins) = planned(|plan| {
+        let (phase, first, _) = singles(plan)[0];
+        let last = plan["phases"].as_array().unwrap().len() - 1;
+        let end = plan["waypoints"].as_array().unwrap().len() - 1;
+        cut(plan, [phase, last], [first + 2, end]);
+    });
+    for (plan, text) in [(ends, "the plan ends on one foot"), (begins, "the plan begins on one")] {
+        let output = run(&["check", &plan, "--scenario", &scenario("stairs_bauzil")]);
+        assert_eq!(output.code, 4, "{}{}", output.out, output.err);
+        assert!(output.out.contains(text), "{}", output.out);
+    }
+}
+
+/// The robot of a plan stands still for so many seconds, with a phase for each of them.
+fn stand(plan: &mut Value, seconds: usize) {
+    let (waypoint, phase) = (plan["waypoints"][0].clone(), plan["phases"][0].clone());
+    let (mut waypoints, mut phases) = (vec![waypoint.clone(); seconds + 1], vec![phase; seconds]);
+    waypoints.iter_mut().enumerate().for_each(|(at, waypoint)| waypoint["t"] = at.into());
+    for (at, phase) in phases.iter_mut().enumerate() {
+        (phase["first"], phase["last"]) = (at.into(), (at + 1).into());
+    }
+    (plan["waypoints"], plan["phases"]) = (waypoints.into(), phases.into());
+    plan["goal"] = plan["start"].clone();
+}
+
+#[test]
+fn a_kept_foot_is_compared_with_where_it_was_set_down() {
+    let creeping = |step: f64| {
+        planned(|plan| {
+            stand(plan, 3);
+            for (at, phase) in plan["phases"].as_array_mut().unwrap().iter_mut().enumerate() {
+                for contact in phase["contacts"].as_array_mut().unwrap() {
+                    let x = &mut contact["sole_pose"]["xyz"][0];
+                    *x = (x.as_f64().unwrap() + step * at as f64).into();
+                }
+            }
+        })
+    };
+    for (step, code) in [(0.4e-6, 0), (0.7e-6, 4)] {
+        let (_folder, plan) = creeping(step);
+        let output = run(&["check", &plan]);
+        assert_eq!(output.code, code, "{}{}", output.out, output.err);
+        assert_eq!(output.out.contains("from where it stood before"), code == 4, "{}", output.out);
+    }
+}
+
+#[test]
+fn links_that_are_clear_where_a_plan_begins_are_not_excused_by_the_standing_posture() {
+    let robots = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/robots/hubo");
+    let file = std::fs::read_to_string(format!("{robots}/robot.toml")).unwrap();
+    let file = file.replace("\"hubo.urdf\"", &format!("\"{robots}/hubo.urdf\""));
+    let into_torso = |standing: &str| {
+        let (folder, plan) = planned(|plan| {
+            stand(plan, 20);
+            let names = plan["joint_names"].as_array().unwrap();
+            let joint = names.iter().position(|name| name == "left_shoulder_roll").unwrap();
+            for (at, waypoint) in plan["waypoints"].as_array_mut().unwrap().iter_mut().enumerate() {
+                let begin = waypoint["q"][joint].as_f64().unwrap();
+                waypoint["q"][joint] = (begin + (-0.3 - begin) * at as f64 / 20.0).into();
+            }
+            plan["robot"]["robot_file"] = "sunk.toml".into();
+        });
+        let changed = file.replace("left_shoulder_roll = 0.15", standing);
+        assert!(changed.contains(standing));
+        std::fs::write(folder.path().join("sunk.toml"), changed).unwrap();
+        run(&["check", &plan])
+    };
+    for standing in ["left_shoulder_roll = 0.15", "left_shoulder_roll = -0.3"] {
+        let output = into_torso(standing);
+        assert!(output.out.contains("allowed overlaps: those of"), "{}{}", output.out, output.err);
+        assert!(output.out.contains("torso overlaps left_"), "{}", output.out);
+    }
+}

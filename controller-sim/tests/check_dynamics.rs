@@ -7,18 +7,19 @@ mod checked_motion;
 
 use bytemuck::Zeroable;
 use check_robot::*;
-use checked_motion::refused;
+use checked_motion::{check_motion, refused};
 use surefoot_controller_sim::{
     Checker, ChunkExecutor, ChunkWalk, Course, Identity, LateChunks, LateWalk, MotionSegment, Pace,
     PlanClock, Stop, Violation, walk_late,
 };
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{
-    Check, Feedback, Interpolation, Margins, PlanChunk, RestState, SupportMode, WalkRecord,
-    Waypoint, WithCrc,
+    Check, Contact, Feedback, Interpolation, Margins, PlanChunk, RestState, SupportMode,
+    WalkRecord, Waypoint, WithCrc,
 };
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, RobotModel};
 use surefoot_shared_types::world::world::{GRAVITY, World};
@@ -95,6 +96,82 @@ fn forces_beyond_friction_are_refused() {
     let icy = World { mu: 0.01, ..world(vec![]) };
     let motion = smooth_swing(0.3, 1.0, 6);
     refused(check_with(robot(), icy, &motion, &[]), Check::DynamicTorque, "friction");
+}
+
+/// A motion with the torques of contact forces of least squares, as planned and at rest.
+fn with_torques(
+    robot: RobotModel,
+    contacts: &[Contact],
+    mut motion: Vec<Waypoint>,
+) -> Vec<Waypoint> {
+    let mut checker = Checker::new(robot, world(vec![]), CheckerConfig::default()).unwrap();
+    let supports = checker.sole_supports(contacts, &motion);
+    for waypoint in &mut motion {
+        let torques = checker.moving_load(&supports, waypoint).torques;
+        waypoint.torque[..4].copy_from_slice(&torques);
+        let torques = checker.moving_load(&supports, &waypoint.rested()).torques;
+        waypoint.rest_torque[..4].copy_from_slice(&torques);
+    }
+    motion
+}
+
+#[test]
+fn feed_forward_torques_that_no_contact_forces_explain_are_refused() {
+    let sound = with_torques(robot(), &both_feet(), smooth_swing(0.3, 1.0, 6));
+    check(&sound, &[]).unwrap();
+    // Of 200 N m a quarter may differ on two feet. The hips share what the contact forces leave
+    // open.
+    for (joint, size) in [(SHOULDER, 56.0), (ELBOW, -56.0), (0, 210.0), (SHOULDER, f64::NAN)] {
+        let mut motion = sound.clone();
+        motion[3].torque[joint] += size;
+        let violation = check(&motion, &[]).expect_err("no forces explain it");
+        assert_eq!((violation.check, violation.waypoint), (Check::DynamicTorque, 3));
+    }
+    let mut motion = sound.clone();
+    motion[3].torque[SHOULDER] += 40.0;
+    check(&motion, &[]).unwrap();
+    motion[3].torque[SHOULDER] = 201.0;
+    refused(check(&motion, &[]), Check::DynamicTorque, "fed 201.00 N m");
+    motion[3].torque[SHOULDER] = 199.0;
+    refused(check(&motion, &[]), Check::DynamicTorque, "explain the feed-forward torques");
+}
+
+#[test]
+fn feed_forward_torques_of_a_stop_are_checked() {
+    // The robot stands on its left foot.
+    let mut light = robot();
+    (light.links[2].mass, light.links[0].com.y) = (0.1, 0.1);
+    let contacts = [contact(0)];
+    let sound = with_torques(light.clone(), &contacts, smooth_swing(0.2, 1.0, 6));
+    let stop = Stop { brake_at: 0.3, seconds: 0.5, resume_seconds: 0.5 };
+    let mut checker = Checker::new(light, world(vec![]), CheckerConfig::default()).unwrap();
+    let mut check = |waypoints: &[Waypoint], stops: &[Stop]| {
+        let (mode, contacts, course) = (SupportMode::Left, &contacts, Course::Smooth(stops));
+        checker.check_segment(&MotionSegment { mode, contacts, waypoints, course }, &mut || {})
+    };
+    check(&sound, &[stop]).unwrap();
+    // What a plan of another program does not state is not compared.
+    let mut motion = sound.clone();
+    motion.iter_mut().for_each(|waypoint| waypoint.rest_torque = [0.0; JOINTS_MAX]);
+    check(&motion, &[stop]).unwrap();
+    let mut motion = sound.clone();
+    motion[2].rest_torque[SHOULDER] += 12.0;
+    let violation = refused(check(&motion, &[]), Check::DynamicTorque, "explain the feed-forward");
+    assert_eq!(violation.waypoint, 2);
+    // While the robot brakes, the rate of plan time changes by up to 3.75 a second.
+    let mut motion = sound.clone();
+    motion.iter_mut().for_each(|waypoint| waypoint.rate_change_torque[SHOULDER] += 40.0);
+    check(&motion, &[]).unwrap();
+    refused(check(&motion, &[stop]), Check::DynamicTorque, "explain the feed-forward torques");
+}
+
+#[test]
+fn straight_lines_state_no_feed_forward_torques() {
+    let mut motion = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    check_motion(robot(), world(vec![]), &both_feet(), &motion).unwrap();
+    motion[1].torque[SHOULDER] = 1.0;
+    let found = check_motion(robot(), world(vec![]), &both_feet(), &motion);
+    refused(found, Check::DynamicTorque, "straight lines with feed-forward torques");
 }
 
 #[test]

@@ -3,11 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod check_robot;
+mod checked_motion;
 
 use check_robot::*;
+use checked_motion::{check_motion, refused};
 use glam::DVec3;
 use surefoot_controller_sim::{Checker, CheckerError};
 use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::{LinkShape, RobotModel};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -68,4 +71,41 @@ fn a_support_does_not_depend_on_the_height_of_the_ground() {
     let widths = [1.0, 3.0].map(width);
     assert!(widths[0] > 0.05 && widths[0] < 0.099, "{widths:?}");
     assert!((widths[0] - widths[1]).abs() < 1e-6, "{widths:?}");
+}
+
+/// Whether the robot may stand with its left sole on level ground and a stone of this width and
+/// height (m) at a place on it.
+fn on_stone(place: [f64; 2], width: f64, height: f64) -> Result<(), String> {
+    let half = 0.5 * (height + 0.02);
+    let [x, y] = place;
+    let stone = ("stone", at(x, 0.1 + y, half - 0.02), box_of(0.5 * width, 0.5 * width, half));
+    let standing = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    let found = check_motion(robot(), world(vec![stone]), &both_feet(), &standing);
+    found.map(drop).map_err(|violation| violation.detail)
+}
+
+#[test]
+fn a_foot_does_not_stand_on_a_stone_between_the_rays_under_its_sole() {
+    let mut random = randoms(3);
+    let mut unseen = 0;
+    for _ in 0..40 {
+        let place = [random(-0.08, 0.08), random(-0.04, 0.04)];
+        let refusal = on_stone(place, 2e-3, 2.5e-3).expect_err("the foot rocks on it");
+        unseen += usize::from(refusal.contains("left_leg overlaps stone by 2.50 mm, limit 0.3"));
+        on_stone(place, 2e-3, 1e-4).unwrap();
+    }
+    assert!(unseen > 10, "{unseen}");
+}
+
+#[test]
+fn a_foot_does_not_stand_on_a_stone_beside_its_sole() {
+    // The foot reaches 2 cm farther ahead than its sole.
+    let standing = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    let on_plate = |height: f64| {
+        let model = with_foot_part(DVec3::new(0.11, 0.0, 0.02), DVec3::new(0.01, 0.05, 0.02));
+        let plate = ("plate", at(0.113, 0.1, height - 0.05), box_of(0.005, 0.05, 0.05));
+        check_motion(model, world(vec![plate]), &both_feet(), &standing)
+    };
+    on_plate(2e-4).unwrap();
+    refused(on_plate(2.5e-3), Check::Collision, "left_leg overlaps plate by 2.50 mm, limit 0.3");
 }

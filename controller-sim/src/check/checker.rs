@@ -23,6 +23,7 @@ use crate::check::collision::CollisionModel;
 use crate::check::contact::check_contact;
 use crate::check::course::Course;
 use crate::check::dynamic_torque::check_dynamic_torque;
+use crate::check::feed_forward::check_feed_forward;
 use crate::check::limits::{check_limits, check_spacing, check_speeds};
 use crate::check::motion::SampledMotion;
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
@@ -34,7 +35,7 @@ use crate::geometry::body::CollisionBody;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::kinematics::trajectory;
 use crate::statics::contact_load::{ContactLoad, least_squares_load, moving_load};
-use crate::statics::equilibrium::Equilibrium;
+use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
 use crate::statics::error::CheckerError;
 use crate::statics::inverse_dynamics::InverseDynamics;
 use crate::statics::sole_support::{SoleSupport, SupportFinder};
@@ -69,6 +70,9 @@ pub struct Checker {
     /// Whether accelerations of a smooth motion stay within the default limit where the robot file
     /// states none.
     keeps_default_accelerations: bool,
+    /// Whether the robot may brake and go on within the motion, whose feed-forward torques then
+    /// explain the contact forces of two feet less well.
+    has_stops_in_motion: bool,
 }
 
 impl Checker {
@@ -112,6 +116,7 @@ impl Checker {
             allowed_overlaps,
             idle_overlaps,
             keeps_default_accelerations: false,
+            has_stops_in_motion: false,
         })
     }
 
@@ -119,6 +124,18 @@ impl Checker {
     /// where the robot file states no acceleration limit, that of straight lines holds.
     pub fn keeping_default_accelerations(self) -> Self {
         Self { keeps_default_accelerations: true, ..self }
+    }
+
+    /// The same checker, for motions as a robot executed them, with their stops.
+    pub fn with_stops_in_motion(self) -> Self {
+        Self { has_stops_in_motion: true, ..self }
+    }
+
+    /// Lets no links overlap that are clear in the starting posture, whatever the robot file says
+    /// of the standing one.
+    pub fn excuse_none_clear_in(&mut self, start: &Waypoint) {
+        let configuration = Configuration::of_waypoint(start, self.model.joints.len());
+        self.collisions.excuse_none_clear_in(&Posture::new(&self.model, &configuration));
     }
 
     /// The robot.
@@ -391,6 +408,8 @@ impl Checker {
             }
             PhysicalCheck::DynamicTorque => {
                 let equilibrium = &self.equilibrium;
+                let generators = equilibrium.generators(&case.supports, ALL_FRICTION);
+                check_feed_forward(model, &generators, case, self.has_stops_in_motion)?;
                 return check_dynamic_torque(
                     &self.unlocked,
                     joints,

@@ -3,21 +3,22 @@
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::{Check, Waypoint};
-use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
+use surefoot_shared_types::message::{Check, Contact, Waypoint};
+use surefoot_shared_types::robot::model::{Foot, LinkIndex, RobotModel};
 
-use crate::base::comparison::is_at_most;
+use crate::base::comparison::{is_at_most, largest};
 use crate::check::allowed_pairs::SelfPair;
 use crate::check::continuous_collision::{BodyPair, ContinuousCollision, overlap_violation};
 use crate::check::motion::Sample;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::{Case, Violation};
 use crate::check::swing_clearance::{check_swing_clearance, check_touch};
-use crate::check::tuning::DISTANCE_CAP;
+use crate::check::tuning::{BELOW_COS_MIN, DISTANCE_CAP, UNSEEN_DEPTH_MAX};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::solid_separation;
 use crate::geometry::separation::{Separation, is_inside_mesh, separation};
 use crate::geometry::solid::Solid;
+use crate::kinematics::forward::Posture;
 
 /// A measure of the distance of two solids, given a direction to try first and a sufficient
 /// distance.
@@ -30,6 +31,8 @@ pub struct CollisionModel {
     world_poses: Vec<SolidPose>,
     self_pairs: Vec<BodyPair>,
     world_pairs: Vec<BodyPair>,
+    /// How far each foot reaches below the plane of its sole, m.
+    below_sole: Vec<f64>,
 }
 
 impl CollisionModel {
@@ -50,7 +53,15 @@ impl CollisionModel {
             .map(|(i, k)| BodyPair::of_world((i, &lever_arms[i]), k, !is_foot(robot[i].link)))
             .collect();
         let world_poses = world.iter().map(|body| SolidPose::new(body, &Pose::IDENTITY)).collect();
-        Self { robot, world, world_poses, self_pairs, world_pairs }
+        let below_sole = model.feet.iter().map(|foot| below_sole(foot, &robot)).collect();
+        Self { robot, world, world_poses, self_pairs, world_pairs, below_sole }
+    }
+
+    /// Excuses no pair that is clear in a posture, whatever the standing posture says.
+    pub fn excuse_none_clear_in(&mut self, posture: &Posture) {
+        for pair in &mut self.self_pairs {
+            pair.excuse_unless_clear(&self.robot, posture);
+        }
     }
 
     /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which
@@ -63,13 +74,19 @@ impl CollisionModel {
         case: &Case,
         heartbeat: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
-        let stance: Vec<LinkIndex> =
-            case.contacts.iter().map(|contact| model.feet[contact.limb as usize].link).collect();
-        for (index, sample) in case.motion.samples.iter().enumerate() {
+        let link = |contact: &Contact| model.feet[contact.limb as usize].link;
+        let stance: Vec<LinkIndex> = case.contacts.iter().map(link).collect();
+        for (index, (sample, feet)) in case.samples_with_feet().enumerate() {
             heartbeat();
             // The stance feet keep their pose, so the depth of meshes is measured once.
             let separation = if index == 0 { solid_separation } else { separation };
-            self.check_stance(config, &stance, sample, separation)?;
+            for (support, displaced) in case.supports.iter().zip(feet) {
+                let foot = &model.feet[support.limb];
+                let depth = self.below_sole[support.limb] + support.deepest.max(0.0);
+                let known = depth + displaced.displacement + UNSEEN_DEPTH_MAX;
+                let limits = [config.contact_gap_max, config.contact_gap_max.min(known)];
+                self.check_stance(limits, foot, sample, separation)?;
+            }
             self.check_inside(sample)?;
         }
         let moving = |pair: &BodyPair| {
@@ -134,29 +151,33 @@ impl CollisionModel {
         Ok(collision.worst)
     }
 
-    /// A stance foot stands on the world and may press into it a little. Between samples it stays
-    /// within its pose tolerance.
+    /// A stance foot stands on the world and may press into it by the limits (m) `beside` it and
+    /// `below` it: there no deeper than the rays under its sole have found, so that it does not
+    /// stand on a stone between them or before its sole. Between samples it stays within its pose
+    /// tolerance.
     fn check_stance(
         &self,
-        config: &CheckerConfig,
-        stance: &[LinkIndex],
+        [beside, below]: [f64; 2],
+        foot: &Foot,
         sample: &Sample,
         separation: SeparationOf,
     ) -> Result<(), Violation> {
-        let deepest = -config.contact_gap_max;
-        for body in &self.robot {
-            let Some(link) = body.link.filter(|link| stance.contains(link)) else { continue };
-            let placed = SolidPose::new(body, &sample.posture.world_from_link[link]);
+        let world_from_link = &sample.posture.world_from_link[foot.link];
+        let down = world_from_link.rotation * foot.link_from_sole.rotation * -DVec3::Z;
+        for body in self.robot.iter().filter(|body| body.link == Some(foot.link)) {
+            let placed = SolidPose::new(body, world_from_link);
             for (other, there) in self.world.iter().zip(&self.world_poses) {
-                let found =
-                    separation((&body.solid, &placed), (&other.solid, there), -DVec3::Z, deepest);
-                if !is_at_most(deepest, found.distance) {
+                let solids = ((&body.solid, &placed), (&other.solid, there));
+                let found = separation(solids.0, solids.1, -DVec3::Z, -below);
+                let is_below = is_at_most(BELOW_COS_MIN, found.direction.dot(down));
+                let limit = if is_below { below } else { beside };
+                if !is_at_most(-limit, found.distance) {
                     return Err(overlap_violation(
                         Check::Collision,
                         sample.waypoint,
                         (body, other),
                         found.distance,
-                        config.contact_gap_max,
+                        limit,
                     ));
                 }
             }
@@ -186,6 +207,17 @@ impl CollisionModel {
         }
         Ok(())
     }
+}
+
+/// How far the bodies of a foot reach below the plane of its sole, m; 0 where they do not.
+fn below_sole(foot: &Foot, robot: &[CollisionBody]) -> f64 {
+    let bodies = robot.iter().filter(|body| body.link == Some(foot.link));
+    let sole_from_link = foot.link_from_sole.inverse();
+    largest(bodies.map(|body| {
+        let sole_from_solid = sole_from_link * body.frame_from_solid;
+        let down = sole_from_solid.rotation.inverse() * -DVec3::Z;
+        (-(sole_from_solid * body.solid.furthest(down)).z).max(0.0)
+    }))
 }
 
 #[cfg(test)]

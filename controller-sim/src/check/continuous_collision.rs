@@ -21,7 +21,7 @@ use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
 use crate::check::tuning::{LOOK_AHEAD, MARGIN_SHARE, RESOLUTION};
 use crate::geometry::body::{CollisionBody, SolidPose};
-use crate::geometry::penetration::{body_separation, solid_separation};
+use crate::geometry::penetration::{body_depth, body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
 
 /// The second body of a pair.
@@ -81,6 +81,20 @@ impl BodyPair {
             walked: pair.walked.clone(),
             hint: None,
             bound: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Two bodies of the robot that are clear in this posture must stay apart.
+    pub fn excuse_unless_clear(&mut self, robot: &[CollisionBody], posture: &Posture) {
+        let OtherBody::Robot(other) = self.other_body else { return };
+        let [a, b] = [self.body, other].map(|index| {
+            let body = &robot[index];
+            let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
+            (&body.solid, SolidPose::new(body, &pose))
+        });
+        if !self.measured && body_depth((a.0, &a.1), (b.0, &b.1), 0.0) == 0.0 {
+            self.allowed_depth = 0.0;
+            self.walked.clear();
         }
     }
 

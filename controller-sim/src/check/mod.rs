@@ -10,6 +10,7 @@ pub(crate) mod contact;
 pub(crate) mod continuous_collision;
 pub(crate) mod course;
 pub(crate) mod dynamic_torque;
+pub(crate) mod feed_forward;
 pub(crate) mod limits;
 pub(crate) mod motion;
 pub(crate) mod motion_bounds;

@@ -17,7 +17,24 @@ pub(crate) const SOLE_TURN_SPEED_MAX: f64 = 0.1;
 /// the ground before or after its time meets it at speed, and rocks.
 pub(crate) const LANDING_HEIGHT_MAX: f64 = 5e-4;
 
+/// The largest share of its effort limit by which a feed-forward torque of a robot on one foot may
+/// differ from what some contact forces explain: hubo stands in a replay with as much on all
+/// joints.
+pub(crate) const FEED_FORWARD_OFF_MAX: f64 = 0.05;
+/// The same on two feet, which may stand on more of the ground than rays and tolerances confirm.
+pub(crate) const TWO_FEET_FEED_FORWARD_OFF_MAX: f64 = 0.25;
+/// The same of a robot on one foot where the other one may share the load, and in a stop, where
+/// torques are linear between waypoints.
+pub(crate) const SHARED_FEED_FORWARD_OFF_MAX: f64 = 0.5;
+
 // Collision.
+
+/// How much deeper a stance foot may be in a part of the world than the rays under its sole have
+/// found, m.
+pub(crate) const UNSEEN_DEPTH_MAX: f64 = 3e-4;
+/// The cosine of the largest angle to the way down of a direction in which something is below a
+/// foot, not beside it.
+pub(crate) const BELOW_COS_MIN: f64 = 0.7;
 
 /// For motions up to this length (m) only their ends are measured.
 pub(crate) const RESOLUTION: f64 = 1e-3;

@@ -230,6 +230,9 @@ impl ChunkExecutor {
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
         self.touch_after(chunk)?;
+        if self.rest_state.is_none() {
+            self.checker.excuse_none_clear_in(&chunk.waypoints()[0]);
+        }
         let mode = mode_of(chunk);
         if !chunk.is_smooth() {
             let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());

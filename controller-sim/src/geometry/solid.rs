@@ -125,6 +125,17 @@ impl Solid {
         }
     }
 
+    /// Its furthest point along a direction, in its own frame.
+    pub fn furthest(&self, direction: DVec3) -> DVec3 {
+        match self {
+            Self::Convex(convex) => {
+                let beyond = convex.radius * direction.normalize_or_zero();
+                convex.core.local_support_point(direction) + beyond
+            }
+            Self::Mesh(mesh) => furthest(mesh.surface.vertices(), direction),
+        }
+    }
+
     /// The box around it, in its own frame.
     pub fn local_bounds(&self) -> Bounds {
         match self {

@@ -85,6 +85,19 @@ impl PlanReport {
         self.checks.iter().filter_map(|result| result.violation.as_ref())
     }
 
+    /// A scenario names the poses of both soles at either end, so the plan stands on both there.
+    fn require_both_feet(&mut self, phases: &[Phase]) {
+        let ends = [
+            (&mut self.start, phases.first(), "the plan begins on one foot"),
+            (&mut self.goal, phases.last(), "the plan ends on one foot"),
+        ];
+        for (end, phase, reason) in ends {
+            if phase.is_some_and(|phase| phase.mode != SupportMode::Double) {
+                end.violation.get_or_insert_with(|| reason.to_owned());
+            }
+        }
+    }
+
     fn add(&mut self, phase: usize, first_waypoint: usize, report: &mut SegmentReport) {
         self.margins = self.margins.min(&report.margins);
         self.reserves = self.reserves.min(&report.reserves);
@@ -136,6 +149,7 @@ pub fn check_plan_in(
         format!("not checked for collisions: link {link} has mass and no collision shape")
     }));
     notes.extend(checker.hollow_soles());
+    checker.excuse_none_clear_in(&parsed.waypoints[0]);
     if let Err(reason) = fitting_chunks(plan) {
         checker = checker.keeping_default_accelerations();
         notes.push(format!(
@@ -144,6 +158,7 @@ pub fn check_plan_in(
         ));
     }
     if parsed.is_smooth && plan.chunks.is_empty() {
+        checker = checker.with_stops_in_motion();
         notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
     }
     notes.extend(checker.allowed_overlaps().iter().chain(checker.idle_overlaps()).cloned());
@@ -160,8 +175,11 @@ pub fn check_plan_in(
         reserves: Reserves::UNMEASURED,
         notes,
     };
-    let mut before: Option<&Phase> = None;
-    for (index, phase) in parsed.phases.iter().enumerate() {
+    if goal_turn_max.is_some() {
+        report.require_both_feet(&parsed.phases);
+    }
+    let mut before: Option<Phase> = None;
+    for (index, phase) in parsed.phases.into_iter().enumerate() {
         let segment = MotionSegment {
             mode: phase.mode,
             contacts: &phase.contacts,
@@ -169,10 +187,11 @@ pub fn check_plan_in(
             course: if parsed.is_smooth { Course::Smooth(&phase.stops) } else { Course::Straight },
         };
         let mut found = checker.check_all(&segment);
-        found.violations.extend(before.and_then(|before| transition_violation(before, phase)));
-        found.violations.extend(parsed.motion_at_end(&phase.range));
+        let kept = before.take();
+        found.violations.extend(kept.as_ref().and_then(|kept| transition_violation(kept, &phase)));
+        found.violations.extend(motion_at_end(&parsed.waypoints, &phase.range));
         report.add(index, phase.range.start, &mut found);
-        before = Some(phase);
+        before = Some(phase.keeping_contacts_of(kept));
     }
     Ok(report)
 }
@@ -213,6 +232,17 @@ impl Phase {
     fn stance(&self) -> Stance<'_> {
         Stance { mode: self.mode, contacts: &self.contacts }
     }
+
+    /// The same phase with each foot that has stayed since the phase before where it was set down,
+    /// so that the deviation allowed from one phase to the next does not add up.
+    fn keeping_contacts_of(mut self, before: Option<Self>) -> Self {
+        for old in before.into_iter().flat_map(|before| before.contacts) {
+            if let Some(new) = self.contacts.iter_mut().find(|new| new.limb == old.limb) {
+                *new = old;
+            }
+        }
+        self
+    }
 }
 
 impl ParsedPlan {
@@ -244,16 +274,14 @@ impl ParsedPlan {
             is_smooth: plan.waypoints.iter().any(|waypoint| !waypoint.velocity.is_empty()),
         })
     }
+}
 
-    /// A violation if the plan does not begin, or end, at rest within these waypoints.
-    fn motion_at_end(&self, range: &Range<usize>) -> Option<Violation> {
-        let last = self.waypoints.len() - 1;
-        let at = [0, last]
-            .into_iter()
-            .find(|at| range.contains(at) && !is_resting(&self.waypoints[*at]))?;
-        let detail = "the plan begins or ends in motion";
-        Some(Violation::new(Check::Continuity, at - range.start, detail))
-    }
+/// A violation if a plan of these waypoints does not begin, or end, at rest within `range`.
+fn motion_at_end(waypoints: &[Waypoint], range: &Range<usize>) -> Option<Violation> {
+    let last = waypoints.len() - 1;
+    let at = [0, last].into_iter().find(|at| range.contains(at) && !is_resting(&waypoints[*at]))?;
+    let detail = "the plan begins or ends in motion";
+    Some(Violation::new(Check::Continuity, at - range.start, detail))
 }
 
 fn waypoint(block: &WaypointBlock, joint_order: &[usize]) -> Waypoint {

@@ -77,6 +77,26 @@ impl InverseDynamics {
         Self { contacts: wrenches.first().copied().unwrap_or(Wrench::ZERO), free: free.collect() }
     }
 
+    /// The joint torques that remain beside these, N m or N.
+    pub fn less(mut self, torques: &[f64]) -> Self {
+        self.free.iter_mut().zip(torques).for_each(|(free, torque)| *free -= torque);
+        self
+    }
+
+    /// The joint torques of a robot on one foot, which exerts the whole contact wrench.
+    pub fn torques_on(&self, model: &RobotModel, posture: &Posture, limb: usize) -> Vec<f64> {
+        let mut torques = self.free.clone();
+        let Wrench { force, torque } = self.contacts;
+        for joint in model.chain(model.feet[limb].link) {
+            let (axis, origin) = posture.joint_axis(model, joint);
+            torques[joint] -= match model.joints[joint].kind {
+                JointKind::Revolute => axis.dot(torque - origin.cross(force)),
+                JointKind::Prismatic => axis.dot(force),
+            };
+        }
+        torques
+    }
+
     /// The joint torques under the contact forces that minimise the largest share of an effort
     /// limit; nothing where no forces within the friction pyramids of `generators` (in units of the
     /// robot's weight) exert the contact wrench.
