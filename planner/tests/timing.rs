@@ -289,7 +289,7 @@ fn corners_of_a_path_between_two_waypoints_are_passed_slowly() {
     let wrist = model.joints.iter().position(|joint| joint.name.contains("wrist")).unwrap();
     let mut walk = smooth_walk(&model, 2, 0.12);
     let middle = walk.spans[1].first.midpoint(walk.spans[1].last);
-    walk.points[middle].first[6 + wrist] += 3.0;
+    walk.points[middle].first[6 + wrist] += 4.0;
     let spans = timed(&mut timing_of(&model, &walk), &walk);
     let hidden = hidden_acceleration(&spans[1], wrist);
     assert!(hidden > 50.0 && hidden <= 100.0, "{hidden} rad/s2");

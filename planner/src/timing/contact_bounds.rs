@@ -12,6 +12,7 @@ use crate::timing::limit::Limit;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::{FootSupport, Support};
+use crate::timing::tuning::FRICTION_ALONG_AXIS;
 
 /// Largest distance (m) of a sole's centre from the plane of another one in that plane.
 const PLANE_DISTANCE_MAX: f64 = 1e-7;
@@ -74,6 +75,6 @@ fn pressure_sides(
 
 /// The largest part of the normal force along a direction in the plane of a sole.
 fn friction_along(foot: &FootSupport, direction: DVec3) -> f64 {
-    let tangent = foot.friction * std::f64::consts::FRAC_1_SQRT_2;
+    let tangent = foot.friction * FRICTION_ALONG_AXIS;
     tangent * (direction.dot(foot.axes.x_axis).abs() + direction.dot(foot.axes.y_axis).abs())
 }

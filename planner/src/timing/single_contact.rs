@@ -5,6 +5,7 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::polygon::cross;
 use crate::timing::support::FootSupport;
+use crate::timing::tuning::FRICTION_ALONG_AXIS;
 
 /// How far the share of a corner may be below 0 by rounding: of a sole, less than 1 um.
 const SHARE_ROUNDING: f64 = 1e-6;
@@ -30,8 +31,7 @@ pub(crate) fn holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
     if spread < SPREAD_MIN {
         return false;
     }
-    let limit =
-        foot.friction * std::f64::consts::FRAC_1_SQRT_2 * force.z * (1.0 + FRICTION_ROUNDING);
+    let limit = foot.friction * FRICTION_ALONG_AXIS * force.z * (1.0 + FRICTION_ROUNDING);
     arms.iter().all(|(share, arm)| {
         let tangent = force.truncate() + arm.perp() * (turning / spread);
         *share == 0.0 || tangent.abs().max_element() <= limit
@@ -44,7 +44,7 @@ pub(crate) fn holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
 pub(crate) fn rectangle_holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
     let Some(half) = half_sides(&foot.polygon) else { return false };
     let (force, moment) = (foot.axes.transpose() * force, foot.axes.transpose() * moment);
-    let friction = foot.friction * std::f64::consts::FRAC_1_SQRT_2;
+    let friction = foot.friction * FRICTION_ALONG_AXIS;
     let twist_max = friction * (half.x + half.y) * force.z;
     let used = |sign: f64| {
         let along = half.y * force.x - sign * friction * moment.x;

@@ -8,6 +8,7 @@ use surefoot_shared_types::message::Contact;
 use crate::geometry::polygon::outward_sides;
 use crate::timing::limits::Level;
 use crate::timing::path_point::PathSpan;
+use crate::timing::tuning::FRICTION_ALONG_AXIS;
 
 /// A polygon of a sole, m.
 pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
@@ -105,7 +106,7 @@ impl FootSupport {
     /// Points of the world and forces of which every force and moment of the contact is a sum with
     /// factors that are not negative.
     pub fn generators(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
-        let tangent = self.friction * std::f64::consts::FRAC_1_SQRT_2;
+        let tangent = self.friction * FRICTION_ALONG_AXIS;
         let forces = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
             .map(|(x, y)| self.axes * DVec3::new(x * tangent, y * tangent, 1.0));
         self.polygon.iter().flat_map(move |corner| {

@@ -67,6 +67,10 @@ pub(crate) const UNSUPPORTED_RATE: f64 = 0.05;
 /// Distance from the centre of pressure at which friction holds the moment about the normal of the
 /// only stance sole, as a share of the sole's width: two points across it.
 pub(crate) const TWIST_ARM_SHARE: f64 = 0.5;
+/// The largest force along each of two axes of a sole, as a share of friction times load. A pyramid
+/// with these four sides lies inside a pyramid with eight sides inside the friction cone, as the
+/// controller's, whichever way that is turned: cos(pi / 8) / sqrt(2).
+pub(crate) const FRICTION_ALONG_AXIS: f64 = 0.653_281_482_438_188_2;
 /// The unit of moments in the balance of contacts, as a length, m.
 pub(crate) const MOMENT_ARM: f64 = 0.1;
 /// Directions in which the border of a set of rates is sought, beside the first ones.
