@@ -12,5 +12,9 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
     startup::run();
-    ExitCode::from(dispatch::run(&Arguments::read()))
+    let code = match Arguments::read() {
+        Ok(arguments) => dispatch::run(&arguments),
+        Err(text) => dispatch::print_usage(&text),
+    };
+    ExitCode::from(code)
 }

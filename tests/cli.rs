@@ -130,11 +130,14 @@ fn two_outputs_of_one_name_are_refused() {
 
 #[test]
 fn a_result_that_cannot_be_printed_is_no_success() {
-    let full = fs::File::create("/dev/full").unwrap();
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_surefoot")).arg("doctor").stdout(full).output().unwrap();
-    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
+    for argument in ["doctor", "--help", "--version", "help"] {
+        let full = fs::File::create("/dev/full").unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_surefoot"));
+        let output = command.arg(argument).stdout(full).output().unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{argument}: {errors}");
+        assert!(errors.contains("standard output"), "{argument}: {errors}");
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use common::{FOOT_OBJ, Folder, ROBOT, URDF};
 use glam::DVec3;
-use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::robot::load::{impossible_inertias, load_robot};
 use surefoot_shared_types::robot::model::RobotModel;
 
 const HIP_LIMIT: &str = "<limit lower=\"-1\" upper=\"1.5\" effort=\"80\" velocity=\"5\"/>";
@@ -284,6 +284,27 @@ fn inertias_that_rounding_spoils_do_not_count() {
     }
     let negative = foot.replace("ixx=\"0.02\"", "ixx=\"-1e-3\"");
     assert!(load(&changed(foot, &negative), ROBOT).unwrap_err().contains("positive definite"));
+}
+
+#[test]
+fn inertias_that_no_body_has_are_named_and_taken() {
+    let foot = "ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.01\"";
+    let named = |foot: &str, to: &str, robot: &str| {
+        let folder = Folder::new();
+        let robot = load_in(&folder, &URDF.replace(foot, to), robot).unwrap();
+        impossible_inertias(&robot).unwrap()
+    };
+    let with_izz = |izz: &str| foot.replace("izz=\"0.01\"", &format!("izz=\"{izz}\""));
+    // A flat body has the sum of two moments as the third.
+    assert!(named(foot, &with_izz("0.04"), ROBOT).is_empty());
+    assert!(named(foot, &with_izz("0.04002"), ROBOT).is_empty());
+    let both = [("left_foot".to_owned(), 7), ("right_foot".to_owned(), 11)];
+    assert_eq!(named(foot, &with_izz("0.041"), ROBOT), both);
+    // About axes that are turned by 45 degrees the same moments show in the products.
+    let turned = "ixx=\"0.02\" ixy=\"0.015\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.025\"";
+    assert_eq!(named(foot, turned, ROBOT), both);
+    let stated = format!("{ROBOT}\n[inertias]\nleft_foot = [0.02, 0.02, 0.01]\n");
+    assert_eq!(named(foot, &with_izz("0.041"), &stated), both[1..]);
 }
 
 /// Frames that say nothing, each fixed to the one before it, then a link that weighs.

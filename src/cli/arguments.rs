@@ -45,10 +45,13 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Reads the command line, or ends the process with a message about it.
-    pub fn read() -> Self {
-        let matches = Self::complete_command().get_matches();
-        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    /// Reads the command line.
+    ///
+    /// # Errors
+    /// It asks for help or for the version, or is none of this program: the text to print.
+    pub fn read() -> Result<Self, clap::Error> {
+        let matches = Self::complete_command().try_get_matches()?;
+        Self::from_arg_matches(&matches)
     }
 
     /// All commands. A negative number is a value, so that the message about it names the numbers

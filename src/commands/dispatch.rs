@@ -1,5 +1,7 @@
 //! Runs the command that the command line names.
 
+use std::io::{ErrorKind, Write};
+
 use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
 use crate::commands::{
@@ -57,16 +59,28 @@ fn run_command(arguments: &Arguments) -> u8 {
         result => result,
     };
     match result {
-        Ok(_) if terminal::has_lost_output() => {
-            terminal::print_error(&CommandError::ResultNotPrinted);
-            CommandError::ResultNotPrinted.code()
-        }
+        Ok(_) if terminal::has_lost_output() => result_not_printed(),
         Ok(outcome) => outcome.code(),
         Err(error) => {
             report_error(&error, arguments.reports_lines());
             error.code()
         }
     }
+}
+
+/// Prints help, the version, or an error of the command line; returns the exit code.
+pub fn print_usage(text: &clap::Error) -> u8 {
+    let printed = text.print().and_then(|()| std::io::stdout().flush());
+    let is_lost = printed.is_err_and(|error| error.kind() != ErrorKind::BrokenPipe);
+    match text.exit_code() {
+        0 if is_lost => result_not_printed(),
+        code => u8::try_from(code).unwrap_or(u8::MAX),
+    }
+}
+
+fn result_not_printed() -> u8 {
+    terminal::print_error(&CommandError::ResultNotPrinted);
+    CommandError::ResultNotPrinted.code()
 }
 
 /// Reports the error that ended a command: to the supervisor, or on the terminal.

@@ -9,6 +9,8 @@ use std::path::Path;
 
 use surefoot_controller_sim::Checker;
 use surefoot_planner::Planner;
+use surefoot_shared_types::robot::load::impossible_inertias;
+use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::cli::arguments::DoctorArguments;
 use crate::commands::doctor::finding::Finding;
@@ -72,7 +74,8 @@ fn scenario(path: &Path) -> Vec<Finding> {
     match planner {
         Ok(planner) => {
             let findings = [arenas(&inputs, &planner), on_one_foot(&inputs, &planner)];
-            findings.into_iter().chain(collision_pairs(&inputs)).collect()
+            let findings = findings.into_iter().chain(inertias(&inputs.model));
+            findings.chain(collision_pairs(&inputs)).collect()
         }
         Err(error) => vec![Finding::missing(format!("scenario: {error}"))],
     }
@@ -95,6 +98,23 @@ fn collision_pairs(inputs: &Inputs) -> Vec<Finding> {
     let hollow = checker.hollow_soles();
     let facts = overlaps.cloned().chain(hollow);
     facts.map(|line| Finding::good(format!("robot: {line}"))).chain(unshaped).chain(idle).collect()
+}
+
+/// The links whose inertias no body has, in one line; nothing if there are none.
+fn inertias(model: &RobotModel) -> Option<Finding> {
+    let links = match impossible_inertias(model) {
+        Ok(links) => links,
+        Err(error) => return Some(Finding::missing(format!("robot: {error}"))),
+    };
+    let link = |(name, line): &(String, usize)| format!("'{name}' (line {line})");
+    let named = links.iter().map(link).collect::<Vec<_>>().join(", ");
+    (!links.is_empty()).then(|| {
+        Finding::advice(format!(
+            "robot: {}: a moment of inertia exceeds the sum of the other two, which no body has: \
+             {named}; torques of fast motions are a little off, and Drake and MuJoCo refuse the file",
+            model.urdf_path.display(),
+        ))
+    })
 }
 
 fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {
@@ -132,4 +152,32 @@ fn on_one_foot(inputs: &Inputs, planner: &Planner) -> Finding {
     Finding::advice(format!(
         "{asked}: few walks can be found; planner.effort_share allows {share} of the URDF's limit"
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use surefoot_shared_types::robot::load::load_robot;
+
+    use super::*;
+
+    #[test]
+    fn links_whose_inertia_no_body_has_are_one_line() {
+        let hubo = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/robots/hubo/robot.toml");
+        let mut model = load_robot(Path::new(hubo)).unwrap();
+        assert_eq!(inertias(&model), None);
+        let urdf = std::fs::read_to_string(&model.urdf_path).unwrap();
+        let (folder, large) = (tempfile::tempdir().unwrap(), "izz=\"9.9\"");
+        let moment = |at: usize| urdf[at..].find("izz=\"").map(|from| at + from);
+        let first = moment(0).unwrap();
+        let second = moment(first + 1).unwrap();
+        let end = |at: usize| at + 5 + urdf[at + 5..].find('"').unwrap() + 1;
+        let between = &urdf[end(first)..second];
+        let text = [&urdf[..first], large, between, large, &urdf[end(second)..]].concat();
+        model.urdf_path = folder.path().join("odd.urdf");
+        std::fs::write(&model.urdf_path, text).unwrap();
+        let line = inertias(&model).unwrap().line();
+        assert!(line.starts_with("advice   robot: /"), "{line}");
+        assert!(line.contains("/odd.urdf: ") && !line.contains('\n'), "{line}");
+        assert_eq!(line.matches(" (line ").count(), 2, "{line}");
+    }
 }

@@ -42,6 +42,11 @@ impl FileLocation {
         Self { path: path.to_owned(), line: None }
     }
 
+    /// The line; 0 for a file as a whole.
+    pub(crate) fn line(&self) -> usize {
+        self.line.unwrap_or(0)
+    }
+
     /// An error about `element` at this location.
     pub(crate) fn error(
         &self,

@@ -57,6 +57,19 @@ pub fn robot_from_text(text: String, path: &Path) -> Result<RobotModel, InputErr
     checked_robot(&spec_from_text(TextFile { path: path.to_owned(), text })?)
 }
 
+/// The links of a robot's URDF whose inertia no body has, with their lines: a principal moment
+/// exceeds the sum of the other two by more than rounding, and the robot file states no other one.
+/// Such an inertia is taken as it is; torques of fast motions are a little off.
+///
+/// # Errors
+/// The URDF cannot be read any more.
+pub fn impossible_inertias(robot: &RobotModel) -> Result<Vec<(String, usize)>, InputError> {
+    let urdf = read_urdf(&robot.urdf_path, &mut Vec::new())?;
+    let is_read = |link: &&UrdfLink| !robot.additions.inertias.contains_key(&link.name);
+    let links = urdf.links.iter().filter(is_read).filter(|link| !link.has_possible_inertia());
+    Ok(links.map(|link| (link.name.clone(), link.location.line())).collect())
+}
+
 fn checked_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let robot = build_robot(spec)?;
     check_forward(&robot, spec)?;

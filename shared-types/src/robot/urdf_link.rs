@@ -39,6 +39,15 @@ pub(crate) struct UrdfLink {
 }
 
 impl UrdfLink {
+    /// Whether a body can have this inertia: no principal moment exceeds the sum of the other two
+    /// by more than rounding, so that its second moments of mass are not negative.
+    pub(crate) fn has_possible_inertia(&self) -> bool {
+        let half_trace = 0.5 * moments(&self.inertia).element_sum();
+        let second_moments = DMat3::from_diagonal(DVec3::splat(half_trace)) - self.inertia;
+        !is_checked(self.mass, &self.inertia)
+            || is_positive(&second_moments, rounding(&self.inertia))
+    }
+
     /// The poses of spheres of radius 0 among the collision shapes: the points at which Drake lets
     /// a foot touch the ground. They have no extent, so they are no shapes.
     pub(crate) fn contact_points(&self) -> impl Iterator<Item = &Pose> {
@@ -269,14 +278,29 @@ fn read_geometry<'a, 'input>(
 /// Refuses an inertia that no body has. One that is singular by rounding, or of a light
 /// body, is taken: a quasi-static motion does not depend on it.
 fn check_inertia(mass: f64, inertia: &DMat3) -> Result<(), String> {
-    let is_checked = mass > LIGHT_MAX && *inertia != DMat3::ZERO;
-    let moments = DVec3::new(inertia.x_axis.x, inertia.y_axis.y, inertia.z_axis.z);
-    let rounding = DMat3::from_diagonal(DVec3::splat(ROUNDING * moments.abs().max_element()));
-    let rounded = *inertia + rounding;
-    let minor = rounded.x_axis.x * rounded.y_axis.y - rounded.x_axis.y * rounded.x_axis.y;
-    let is_positive = rounded.x_axis.x > 0.0 && minor > 0.0 && rounded.determinant() > 0.0;
-    if is_checked && !is_positive {
+    if is_checked(mass, inertia) && !is_positive(inertia, rounding(inertia)) {
         return Err("its inertia is not positive definite; correct <inertia>".into());
     }
     Ok(())
+}
+
+fn is_checked(mass: f64, inertia: &DMat3) -> bool {
+    mass > LIGHT_MAX && *inertia != DMat3::ZERO
+}
+
+/// The moments along the axes.
+fn moments(inertia: &DMat3) -> DVec3 {
+    DVec3::new(inertia.x_axis.x, inertia.y_axis.y, inertia.z_axis.z)
+}
+
+/// What rounding does to an inertia.
+fn rounding(inertia: &DMat3) -> f64 {
+    ROUNDING * moments(inertia).abs().max_element()
+}
+
+/// Whether a symmetric matrix is positive definite with `rounding` added to its diagonal.
+fn is_positive(matrix: &DMat3, rounding: f64) -> bool {
+    let rounded = *matrix + DMat3::from_diagonal(DVec3::splat(rounding));
+    let minor = rounded.x_axis.x * rounded.y_axis.y - rounded.x_axis.y * rounded.x_axis.y;
+    rounded.x_axis.x > 0.0 && minor > 0.0 && rounded.determinant() > 0.0
 }
