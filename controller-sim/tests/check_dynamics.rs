@@ -259,6 +259,22 @@ fn a_smooth_motion_on_ground_higher_or_lower_than_declared_is_refused() {
 }
 
 #[test]
+fn soles_of_a_smooth_motion_that_are_not_as_deep_as_each_other_are_refused() {
+    // The ground is lower under the left foot and higher under the right one.
+    let apart = |left: f64, right: f64| {
+        let floor = |name, side: f64, height: f64| {
+            (name, at(0.0, 0.5 * side, height - 0.1), box_of(1.0, 0.5, 0.1))
+        };
+        let mut ground = world(vec![floor("left", 1.0, left), floor("right", -1.0, right)]);
+        ground.shapes.remove(0);
+        check_with(robot(), ground, &smooth_swing(0.1, 1.0, 6), &[])
+    };
+    apart(-2e-4, 2e-4).unwrap();
+    apart(4e-4, 4e-4).unwrap();
+    refused(apart(-4e-4, 4e-4), Check::Contact, "0.80 mm more and less deep");
+}
+
+#[test]
 fn an_obstacle_that_only_the_curve_meets_is_found() {
     // The arm swings out by 0.125 rad and back between two waypoints at which it hangs down.
     let mut motion = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
