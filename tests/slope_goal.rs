@@ -1,5 +1,5 @@
-//! A goal on a slope is exported with the height and the tilt of its ground, so that an accepted
-//! plan reaches its own goal.
+//! Starts and goals take the height and the tilt of their ground, so that the plan is accepted and
+//! reaches its own goal.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
@@ -37,5 +37,24 @@ fn a_plan_reaches_its_own_goal_on_a_slope() {
     for arguments in [&["check", &plan][..], &["check", &plan, "--scenario", &scenario]] {
         let output = run(arguments);
         assert_eq!(output.code, 0, "{arguments:?}: {}{}", output.out, output.err);
+    }
+}
+
+/// A bare floor.
+const FLOOR: &str = "mu = 0.6\n[[shapes]]\nname = \"floor\"\nxyz = [0.0, 0.0, -0.1]\n\
+                 box = { half_extents = [2.0, 1.0, 0.1] }\n";
+
+#[test]
+fn a_start_beside_the_height_of_its_ground_is_set_down() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = folder.path().join("plan.json").to_str().unwrap().to_owned();
+    for height in ["0.0007", "-0.0007"] {
+        let ends =
+            format!("[start]\nxyz = [0.0, 0.0, {height}]\n[goal]\nxyz = [0.2, 0.0, {height}]\n");
+        let scenario = write_scenario(folder.path(), FLOOR, &ends);
+        let output = run(&["plan", &scenario, "--export", &plan]);
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+        let output = run(&["check", &plan, "--scenario", &scenario]);
+        assert_eq!(output.code, 0, "{height}: {}{}", output.out, output.err);
     }
 }

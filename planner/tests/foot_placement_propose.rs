@@ -398,3 +398,37 @@ fn on_ground_with_the_noise_of_a_scan_a_sole_is_set_down_nearly_everywhere() {
     });
     assert!(found.count() >= 49);
 }
+
+#[test]
+fn on_folded_ground_soles_stand_on_the_highest_fold() {
+    // Strips of 5 cm whose planes pass up to a millimetre over the strips beside them. With the
+    // floor at its end the ground counts as planes.
+    let mut random = Random::new(8, Stream::Preparation, 0, 0);
+    let folds: Vec<f64> = (0..41).map(|_| random.uniform(-4e-4, 4e-4)).collect();
+    let height = |x: f64| {
+        let (at, share) = (libm::floor((x + 1.0) / 0.05), libm::fmod(x + 1.0, 0.05) / 0.05);
+        let fold = |index: f64| folds[(index as usize).min(40)];
+        fold(at) + share * (fold(at + 1.0) - fold(at))
+    };
+    let fold = |x: f64, _: f64| folds[libm::round((x + 1.0) / 0.05) as usize];
+    let ground = surfaces(vec![mesh(2.0, 40, fold), block([0.5, 2.0, 0.1], [-1.25, 0.0, 0.0])]);
+    let polygon = sole();
+    let mut heights = Vec::new();
+    for _ in 0..40 {
+        let [x, y, yaw] = [0.12, 0.6, 3.0].map(|most| random.uniform(-most, most));
+        let query = query(&polygon, turned(x - 0.75, y, 0.0, yaw));
+        for placement in first(&ground, &query, 12) {
+            let pose = placement.world_from_sole;
+            let over = |at: DVec3| height(at.x) - at.z;
+            let points = (0..=110).flat_map(|i| (0..=70).map(move |j| (i, j))).map(|(i, j)| {
+                pose * DVec3::new(2e-3 * f64::from(i) - 0.09, 2e-3 * f64::from(j) - 0.07, 0.0)
+            });
+            if points.clone().all(|at| at.x > -1.0) {
+                heights.push(points.map(over).fold(f64::MIN, f64::max));
+            }
+        }
+    }
+    // As high as a foot may land, and what lies between the sampled points.
+    let off = heights.iter().filter(|height| height.abs() > 3.2e-4).count();
+    assert!(heights.len() > 200 && off == 0, "{off} of {}", heights.len());
+}

@@ -117,6 +117,15 @@ fn ground_rises_into_a_pad_no_more_than_into_a_foot_that_lands() {
     assert_eq!(on(-4e-4), Err(NoSupport::Penetrates));
 }
 
+#[test]
+fn the_ground_is_as_near_to_a_sole_as_to_one_that_lands() {
+    let scene = surfaces(vec![floor()]);
+    let on = |z: f64| support(&scene, &at(0.0, 0.0, z)).map(|_| ());
+    assert_eq!((on(2e-4), on(-2e-4)), (Ok(()), Ok(())));
+    assert_eq!(on(4e-4), Err(NoSupport::NothingBelow));
+    assert_eq!(on(-4e-4), Err(NoSupport::Penetrates));
+}
+
 fn support_of_one_bar(bars: &Surfaces) -> Result<f64, NoSupport> {
     support(bars, &at(-0.12, 0.0, 0.0)).map(|s| s.area)
 }

@@ -334,6 +334,25 @@ fn on_inclined_ground_feet_come_down_slowly() {
 }
 
 #[test]
+fn on_uneven_ground_feet_come_down_slowly() {
+    // Foot placement keeps a support on uneven ground inside the sole's outline on all sides.
+    let supported = |toe: f64, sides: f64| {
+        let mut walk = smooth_walk(&hubo(), 2, 0.12);
+        let inset = |[x, y]: [f64; 2]| {
+            [if x > 0.0 { x - toe } else { x + sides }, { y - sides * y.signum() }]
+        };
+        for contact in walk.spans.iter_mut().flat_map(|span| &mut span.contacts) {
+            let len = contact.polygon_len as usize;
+            contact.polygon[..len].iter_mut().for_each(|corner| *corner = inset(*corner));
+        }
+        hardest_landing(&walk)
+    };
+    let [edge, uneven] = [(0.02, 0.0), (4e-3, 4e-3)].map(|(toe, sides)| supported(toe, sides));
+    assert!(edge > 1.2, "before an edge of the ground: {edge}");
+    assert!(uneven < 1.2, "{uneven}");
+}
+
+#[test]
 fn a_window_ends_at_rest_and_costs_little_time() {
     let model = hubo();
     let walk = smooth_walk(&model, 4, 0.12);

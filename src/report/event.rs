@@ -378,6 +378,9 @@ pub struct CheckSummary {
     /// Chunks with a wrong CRC, which were dropped.
     #[serde(default)]
     pub damaged: u64,
+    /// Chunks of publishers other than the planner's, which were dropped.
+    #[serde(default)]
+    pub other_senders: u64,
     /// Chunks that this controller held back (`--late`).
     #[serde(default)]
     pub late_chunks: u64,
@@ -402,8 +405,13 @@ impl CheckSummary {
 
     /// The dropped chunks in one line; nothing if there were none.
     pub fn dropped(&self) -> Option<String> {
-        let chunks = if self.damaged == 1 { "chunk" } else { "chunks" };
-        (self.damaged > 0).then(|| format!("{} damaged {chunks} dropped (wrong CRC)", self.damaged))
+        let kinds = [(self.damaged, "wrong CRC"), (self.other_senders, "another sender")];
+        let count = |(count, why)| {
+            let chunks = if count == 1 { "chunk" } else { "chunks" };
+            (count > 0).then(|| format!("{count} {chunks} dropped ({why})"))
+        };
+        let dropped: Vec<String> = kinds.into_iter().filter_map(count).collect();
+        (!dropped.is_empty()).then(|| dropped.join(", "))
     }
 }
 

@@ -122,6 +122,9 @@ pub struct Chunks {
     /// Chunks with a wrong CRC that the controller dropped; none of the planner's is among them
     /// unless it was sent again.
     pub damaged: u64,
+    /// Chunks of publishers other than the planner's, which the controller dropped: forged, or left
+    /// over from a planner that was killed, which were sent again.
+    pub other_senders: u64,
     /// Number of times that a chunk was sent again.
     pub resent: u64,
 }
@@ -252,6 +255,7 @@ impl Report {
             in_flight: if is_stopped { unanswered } else { 0 },
             duplicated: delivered.duplicated.max(self.chunks.duplicated),
             damaged: self.chunks.damaged,
+            other_senders: self.chunks.other_senders,
             resent: delivered.resent,
         };
         if self.check_seconds.is_none() {
@@ -265,6 +269,7 @@ impl Report {
         self.check_seconds = Some(checked.check_seconds);
         self.chunks.duplicated = checked.duplicated.max(self.chunks.duplicated);
         self.chunks.damaged = checked.damaged.max(self.chunks.damaged);
+        self.chunks.other_senders = checked.other_senders.max(self.chunks.other_senders);
         (self.late_chunks, self.brakes) = (checked.late_chunks, checked.brakes);
         self.stood_seconds = checked.stood_seconds;
         self.margins = checked.margins;
@@ -327,6 +332,7 @@ mod tests {
             accepted: 3,
             duplicated: 2,
             damaged: 5,
+            other_senders: 6,
             late_chunks: 4,
             brakes: 2,
             stood_seconds: 3.12,
@@ -354,6 +360,7 @@ mod tests {
                     refused: 1,
                     duplicated: 2,
                     damaged: 5,
+                    other_senders: 6,
                     resent: 2,
                     ..no_chunks
                 }

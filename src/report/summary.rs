@@ -183,14 +183,14 @@ fn chunks(report: &Report) -> String {
         0 => String::new(),
         number => format!(", {number} on their way"),
     };
-    let damaged = match chunks.damaged {
-        0 => String::new(),
-        number => format!(", {number} damaged and dropped"),
-    };
+    let kinds = [(chunks.damaged, "damaged"), (chunks.other_senders, "of other senders")];
+    let dropped = kinds.into_iter().filter(|(number, _)| *number > 0);
+    let dropped: String =
+        dropped.map(|(number, which)| format!(", {number} {which} and dropped")).collect();
     let checked =
         report.check_seconds.map(|time| format!(", checked in {time:.3} s")).unwrap_or_default();
     format!(
-        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{damaged}{checked}",
+        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{dropped}{checked}",
         chunks.sent, chunks.accepted, chunks.lost, chunks.duplicated
     )
 }

@@ -16,6 +16,7 @@ use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::instance::planner_lock::PlannerPublisher;
 use surefoot_shared_types::instance::tuning::{
     FEEDBACK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
@@ -99,6 +100,8 @@ pub enum StreamEnd {
 /// Receives chunks and publishes feedback.
 pub struct PlanSubscriber {
     subscriber: Subscriber<ipc::Service, PlanChunk, ()>,
+    /// Whose chunks count.
+    planner: PlannerPublisher,
     feedback_publisher: FeedbackPublisher,
     participant: Participant,
     stream_state: StreamState,
@@ -152,6 +155,7 @@ impl PlanSubscriber {
         let start = now();
         let mut plan_subscriber = Self {
             subscriber,
+            planner: PlannerPublisher::open(instance)?,
             feedback_publisher,
             participant,
             stream_state,
@@ -246,7 +250,10 @@ impl PlanSubscriber {
                         return Ok(StreamEnd::PlannerLeft);
                     }
                 }
-                Received::Ignored => self.active_at = now(),
+                Received::Ignored => {
+                    self.active_at = now();
+                    self.publish_if_due()?;
+                }
                 Received::Checked => {
                     self.active_at = now();
                     self.reported_left = false;
@@ -337,6 +344,10 @@ impl PlanSubscriber {
             .receive()
             .map_err(|error| ChannelError::transport("receiving a chunk", error))?;
         let Some(sample) = received else { return Ok(Received::Nothing) };
+        if !self.planner.is(sample.origin().value()) {
+            self.stream_state.ignore_other_sender();
+            return Ok(Received::Ignored);
+        }
         let chunk = sample.payload();
         match self.stream_state.triage(chunk) {
             ChunkTriage::Ignore => return Ok(Received::Ignored),
@@ -394,12 +405,19 @@ impl PlanSubscriber {
         published
     }
 
-    /// Without input: publishes a heartbeat when it is due, polls for a short time after the last
-    /// chunk, then blocks on the wake pipe.
-    fn idle(&mut self) -> Result<(), ChannelError> {
+    /// Publishes a heartbeat if it is due. Called after every chunk that is not checked, so that
+    /// no number of them delays one.
+    fn publish_if_due(&mut self) -> Result<(), ChannelError> {
         if self.feedback_publisher.is_due() {
             self.feedback_publisher.publish(&self.stream_state)?;
         }
+        Ok(())
+    }
+
+    /// Without input: publishes a heartbeat when it is due, polls for a short time after the last
+    /// chunk, then blocks on the wake pipe.
+    fn idle(&mut self) -> Result<(), ChannelError> {
+        self.publish_if_due()?;
         if keep_polling(self.active_at.elapsed()) {
             return Ok(());
         }

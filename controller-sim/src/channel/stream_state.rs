@@ -45,6 +45,8 @@ pub struct ReceiverStats {
     pub foreign: u64,
     /// Damaged: their CRC is not that of their bytes. The planner sends its own again.
     pub damaged: u64,
+    /// Of publishers other than the planner's: forged, or left over from a planner before.
+    pub other_senders: u64,
 }
 
 /// What the robot does with the accepted chunks.
@@ -230,6 +232,12 @@ impl StreamState {
     /// planner.
     pub(crate) fn stream_after_first(&self) -> Digest {
         self.progress.stream_after_first
+    }
+
+    /// Counts a chunk that the planner did not send; nothing in it is used.
+    pub(crate) fn ignore_other_sender(&mut self) {
+        self.stats.received += 1;
+        self.stats.other_senders += 1;
     }
 
     /// Decides what to do with a chunk, counts it, and moves to a new planner session or plan where

@@ -5,7 +5,6 @@
 //! does not count, because other readers may listen. `send_window` holds the protocol, this file
 //! adds shared memory and the clock.
 
-use std::fs::File;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
@@ -15,7 +14,7 @@ use iceoryx2::sample_mut::SampleMut;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
-use surefoot_shared_types::instance::role_lock;
+use surefoot_shared_types::instance::planner_lock::PlannerLock;
 use surefoot_shared_types::instance::tuning::{
     CHUNK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
@@ -30,9 +29,6 @@ use crate::channel::tuning::{
     CLEANUP_INTERVAL, IDLE_HEARTBEATS, LOST_AFTER, NO_READER_MAX, POLL_GAP_MAX, RECONNECT_GO_BACKS,
     RECONNECT_INTERVAL, RESEND_AFTER, WAIT_MAX,
 };
-
-/// The lock file of the planner in the instance's folder.
-const LOCK_FILE: &str = "planner";
 
 /// Result and statistics of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,8 +55,8 @@ pub struct PlanPublisher {
     session: u64,
     lost_after: Duration,
     window_chunks: usize,
-    /// Held as long as this planner may send chunks.
-    _lock: File,
+    /// Held as long as this planner may send chunks; names its publisher.
+    lock: PlannerLock,
 }
 
 /// A complete chunk in shared memory, to be sent once the window allows.
@@ -120,10 +116,10 @@ impl PlanPublisher {
         if session == 0 {
             return Err(ChannelError::Id);
         }
-        let lock = role_lock::acquire(instance, LOCK_FILE)?.ok_or(ChannelError::PlannerTaken)?;
+        let lock = PlannerLock::acquire(instance)?.ok_or(ChannelError::PlannerTaken)?;
         let participant = Participant::open(instance)?;
         let making = participant.making()?;
-        let loans = open_loans(&participant)?;
+        let loans = open_loans(&participant, &lock)?;
         let subscriber = open_subscriber(&participant)?;
         instance.reserve_segments()?;
         drop(making);
@@ -134,7 +130,7 @@ impl PlanPublisher {
             session,
             lost_after: LOST_AFTER,
             window_chunks: WINDOW_CHUNKS,
-            _lock: lock,
+            lock,
         })
     }
 
@@ -416,7 +412,7 @@ impl PlanPublisher {
         let Some(making) = self.participant.try_making()? else { return Ok(()) };
         state.ready = None;
         self.subscriber = open_subscriber(&self.participant)?;
-        self.loans = open_loans(&self.participant)?;
+        self.loans = open_loans(&self.participant, &self.lock)?;
         drop(making);
         state.window.restart();
         Ok(())
@@ -482,8 +478,12 @@ impl DeliveryState {
     }
 }
 
-/// The publisher of chunks with its pool of loans. The caller holds the lock `making`.
-fn open_loans(participant: &Participant) -> Result<LoanPool<PlanChunk>, ChannelError> {
+/// The publisher of chunks with its pool of loans, named in the planner's lock. The caller holds
+/// the lock `making`.
+fn open_loans(
+    participant: &Participant,
+    lock: &PlannerLock,
+) -> Result<LoanPool<PlanChunk>, ChannelError> {
     let publisher = participant
         .chunks
         .publisher_builder()
@@ -492,7 +492,9 @@ fn open_loans(participant: &Participant) -> Result<LoanPool<PlanChunk>, ChannelE
         .create()
         .map_err(|error| ChannelError::transport("creating the chunk publisher", error))?;
     participant.instance.reserve_segments()?;
-    LoanPool::new(publisher, CHUNK_POOL, LOANS_AHEAD)
+    let loans = LoanPool::new(publisher, CHUNK_POOL, LOANS_AHEAD)?;
+    lock.name_publisher(loans.publisher_id())?;
+    Ok(loans)
 }
 
 /// The subscriber of feedback. The caller holds the lock `making`.

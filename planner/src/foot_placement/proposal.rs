@@ -55,8 +55,8 @@ impl<'a, 'r> Proposal<'a, 'r> {
         SupportRequirement { area_min, is_braced: false, any_intrusion: true }
     }
 
-    /// Returns a placement to the caller if the sole is supported and the foot free there. Breaks
-    /// if the caller stops the query.
+    /// Returns a placement, set down, to the caller if the sole is supported and the foot free
+    /// there. Breaks if the caller stops the query.
     pub fn examine(
         &mut self,
         world_from_sole: Pose,
@@ -64,19 +64,14 @@ impl<'a, 'r> Proposal<'a, 'r> {
         requirement: SupportRequirement,
     ) -> ControlFlow<(), Examined> {
         self.stats.examined[source as usize] += 1;
-        let support = match self.surfaces.support_of(
-            self.scratch,
-            self.query.sole(),
-            &world_from_sole,
-            requirement,
-        ) {
-            Ok(support) => support,
+        match self.surfaces.set_down(self.scratch, self.query.sole(), &world_from_sole, requirement)
+        {
+            Ok((pose, support)) => self.return_if_free(pose, support, source),
             Err(reason) => {
                 self.stats.rejected[reason as usize] += 1;
-                return ControlFlow::Continue(Examined::Rejected(reason));
+                ControlFlow::Continue(Examined::Rejected(reason))
             }
-        };
-        self.return_if_free(world_from_sole, support, source)
+        }
     }
 
     /// Returns a supported sole to the caller if the foot is free there.

@@ -50,6 +50,9 @@ pub(crate) struct Contacts {
     /// The point of the last rejected support that stands furthest above the sole plane, in the
     /// world.
     pub intrusion: Option<DVec3>,
+    /// The height of the highest ground under the sole over its plane, m, where that is too far
+    /// from it.
+    pub height_off: Option<f64>,
 }
 
 /// The planes that a sole may lie in near the ideal.
@@ -90,6 +93,7 @@ impl Scratch {
                 area_max: 0.0,
                 is_uneven: false,
                 intrusion: None,
+                height_off: None,
             },
             features: Bounded::new(GATHERING_FACTOR * config.features_max),
             planes: Planes {

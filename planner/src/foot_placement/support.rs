@@ -4,7 +4,6 @@ use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
-use crate::collision::tuning::LIFT_OFF_LIFT;
 use crate::foot_placement::elements::{CurvedSurface, Element, Face, FaceKind, SurfaceEnds};
 use crate::foot_placement::posed_sole::{PosedSole, SoleShape, SupportRequirement, is_sole};
 use crate::foot_placement::scratch::{Contacts, Scratch};
@@ -24,8 +23,6 @@ const OUTLINE_INSET: f64 = 1e-4;
 /// Depth below the sole plane from which a surface that faces down does not cover the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
-/// How far ground may rise above the sole plane under a pad, m: as under a foot that lands.
-const PAD_RISE_MAX: f64 = LIFT_OFF_LIFT;
 /// Incline against the sole up to which a mesh counts as even there: on it, a foot that lands
 /// beside its place stands as it would have.
 const EVEN_INCLINE_MAX: f64 = 1e-3;
@@ -52,12 +49,6 @@ impl Findings {
         if self.intrusion.is_none_or(|highest| point.z > highest.z) {
             self.intrusion = Some(point);
         }
-    }
-
-    /// Notes where ground under a pad rises above the sole plane. Of a whole sole collision checks
-    /// find it; a pad may lie a millimetre above that plane.
-    fn intrude_pad(&mut self, ground: &[DVec3]) {
-        ground.iter().filter(|at| at.z > PAD_RISE_MAX).for_each(|at| self.intrude(*at));
     }
 }
 
@@ -93,12 +84,47 @@ impl Surfaces {
         sole: SoleShape<'_>,
         world_from_sole: &Pose,
     ) -> Result<Support, NoSupport> {
-        let requirement = SupportRequirement {
+        self.support_of(scratch, sole, world_from_sole, self.enough())
+    }
+
+    /// What every support must meet.
+    fn enough(&self) -> SupportRequirement {
+        SupportRequirement {
             area_min: self.config.support_area_min,
             is_braced: false,
             any_intrusion: false,
+        }
+    }
+
+    /// The support of a sole that is set down at a pose, and the pose in which it stands then.
+    ///
+    /// # Errors
+    /// As [`Self::support`].
+    pub(crate) fn support_set_down(
+        &self,
+        scratch: &mut Scratch,
+        shape: SoleShape<'_>,
+        world_from_sole: &Pose,
+    ) -> Result<(Pose, Support), NoSupport> {
+        self.set_down(scratch, shape, world_from_sole, self.enough())
+    }
+
+    /// The same, if the support meets the requirement. The sole moves along its normal where the
+    /// highest ground under it is in touch, but too far from its plane to land on it.
+    pub(crate) fn set_down(
+        &self,
+        scratch: &mut Scratch,
+        shape: SoleShape<'_>,
+        world_from_sole: &Pose,
+        requirement: SupportRequirement,
+    ) -> Result<(Pose, Support), NoSupport> {
+        let exact = self.support_of(scratch, shape, world_from_sole, requirement);
+        let Some(height) = scratch.contacts.height_off.take() else {
+            return exact.map(|support| (*world_from_sole, support));
         };
-        self.support_of(scratch, sole, world_from_sole, requirement)
+        let moved = *world_from_sole * Pose::from_translation(DVec3::Z * height);
+        let support = self.support_of(scratch, shape, &moved, requirement)?;
+        Ok((moved, support))
     }
 
     /// The support of a sole at a pose, if it meets the requirement.
@@ -110,6 +136,7 @@ impl Surfaces {
         requirement: SupportRequirement,
     ) -> Result<Support, NoSupport> {
         scratch.contacts.intrusion = None;
+        scratch.contacts.height_off = None;
         if !is_sole(shape.outline) || !world_from_sole.is_finite() {
             return Err(NoSupport::InvalidSole);
         }
@@ -130,7 +157,27 @@ impl Surfaces {
         if scratch.contacts.points.is_empty() {
             return Err(NoSupport::NothingBelow);
         }
+        self.check_height(&mut scratch.contacts, &sole)?;
         self.evaluate_contacts(scratch, &sole, requirement.area_min)
+    }
+
+    /// Whether the highest ground under a sole is near enough to its plane: a foot that meets the
+    /// ground before or after its time meets it at speed.
+    fn check_height(&self, contacts: &mut Contacts, sole: &PosedSole) -> Result<(), NoSupport> {
+        // Parts of a sole with pads lie above its plane.
+        let is_met = |point: &&GroundPoint| point.is_carrying || sole.pads.is_empty();
+        let by_height = |a: &&GroundPoint, b: &&GroundPoint| a.at.z.total_cmp(&b.at.z);
+        let highest = contacts.ground.iter().filter(is_met).max_by(by_height);
+        let Some(at) = highest.map(|point| point.at) else { return Ok(()) };
+        if at.z.abs() <= self.config.ground_height_max {
+            return Ok(());
+        }
+        contacts.height_off = Some(at.z);
+        if at.z < 0.0 {
+            return Err(NoSupport::NothingBelow);
+        }
+        contacts.intrusion = Some(*sole.world_from_sole * at);
+        Err(NoSupport::Penetrates)
     }
 
     /// Collects contact points and the highest obstacle. With `any_intrusion` it ends at the first
@@ -229,7 +276,6 @@ impl Surfaces {
                 scratch.clip.polygon.extend_from_slice(&within_sole);
                 if !sole.pads.is_empty() {
                     clip_to_sides(&mut scratch.clip, &sides, 0.0);
-                    findings.intrude_pad(&scratch.clip.polygon);
                 }
                 self.touch_face(scratch, sole, (face, vertices), incline, is_reliable);
             }
@@ -319,7 +365,6 @@ impl Surfaces {
             buffer.polygon.extend_from_slice(&within_sole);
             if !sole.pads.is_empty() {
                 clip_to_sides(buffer, &sides, 0.0);
-                findings.intrude_pad(&buffer.polygon);
             }
             scratch.contacts.add_ground(&buffer.polygon, drop);
             if self.config.is_secured {

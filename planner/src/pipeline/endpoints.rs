@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle, yaw_of};
+use surefoot_shared_types::config::planner::CONTACT_GAP_MAX;
 use surefoot_shared_types::config::scenario::{GoalTolerance, StancePose};
 use surefoot_shared_types::message::{Contact, RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
@@ -206,6 +207,7 @@ impl StanceSurfaces {
             support_area_min: STANCE_AREA_MIN,
             centroid_edge_distance_min: 0.0,
             contact_width_min: STANCE_WIDTH_MIN,
+            ground_height_max: CONTACT_GAP_MAX,
             ..FootPlacementConfig::default()
         };
         Ok(Self { scratch: Scratch::new(&config), surfaces: Surfaces::new(world, config)? })

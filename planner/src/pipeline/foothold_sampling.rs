@@ -297,8 +297,8 @@ impl<'a> FootholdSampler<'a> {
         is_possible.then_some([stance, other])
     }
 
-    /// A foothold at a random pose near `foothold` in the same plane, if it has support and is free
-    /// there.
+    /// A foothold set down at a random pose near `foothold` in the same plane, if it has support
+    /// and is free there.
     fn perturbed(
         &self,
         foothold: &Foothold,
@@ -310,7 +310,8 @@ impl<'a> FootholdSampler<'a> {
         let limb = foothold.limb;
         let world_from_sole = foothold.world_from_sole * Pose::from_parts(offset, turn);
         let sole = SoleShape::of(&robot.soles[limb]);
-        let support = self.surfaces.support_of_sole(scratch, sole, &world_from_sole).ok()?;
+        let set_down = self.surfaces.support_set_down(scratch, sole, &world_from_sole);
+        let (world_from_sole, support) = set_down.ok()?;
         let is_free = collision.foot_hit(limb, &world_from_sole, FootPhase::LiftOff).is_none();
         is_free.then(|| Foothold::of(robot, limb, world_from_sole, support.polygon))
     }

@@ -8,8 +8,9 @@ use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::geometry::polygon::area_and_centroid;
+use crate::geometry::polygon::{area_and_centroid, inner_distance};
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
+use crate::robot::underside::Underside;
 use crate::timing::contact_rates::{ContactProblem, ContactRates, soles_hold};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
@@ -35,6 +36,8 @@ pub struct TimedRobot {
     soles: [(usize, Pose); 2],
     /// Area of each sole, m2.
     sole_areas: [f64; 2],
+    /// The part of each sole that touches level ground, m.
+    flat_parts: [Vec<DVec2>; 2],
     joints_len: usize,
     mass: f64,
 }
@@ -52,7 +55,7 @@ pub(crate) struct Landing {
     limb: usize,
     /// Where its origin lands (world), m.
     point: DVec3,
-    /// Whether it or the stance sole is inclined.
+    /// Whether it or the stance sole is inclined, or that one stands on uneven ground.
     is_inclined: bool,
 }
 
@@ -75,7 +78,7 @@ pub(crate) struct SpanContacts<'a> {
     supports: SpanSupports,
     /// Distance (m) by which the centre of pressure stays further inside than at a level.
     extra: f64,
-    /// Whether a stance sole is inclined.
+    /// Whether a stance sole is inclined, or stands on uneven ground.
     pub is_inclined: bool,
     /// By joint: whether the only contact is beyond it; `None` where one of two is.
     are_loaded: [Option<bool>; JOINTS_MAX],
@@ -134,6 +137,7 @@ impl TimedRobot {
             chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
             soles: feet.map(sole),
             sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
+            flat_parts: feet.map(|foot| Underside::of(model, foot).flat_part),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
             limits,
@@ -148,7 +152,8 @@ impl TimedRobot {
 
     /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
     pub(super) fn span_contacts<'a>(&self, span: &'a PathSpan, extra: f64) -> SpanContacts<'a> {
-        let is_inclined = span.is_inclined();
+        let is_uneven = span.contacts.iter().any(|contact| self.is_uneven(contact));
+        let is_inclined = is_uneven || span.is_inclined();
         let levels = Level::levels(is_inclined);
         let supports = SpanSupports::new(span, levels, extra, self.limits.friction);
         let is_loaded = |joint| bears_all(supports.at(levels[0]), &self.chains, joint);
@@ -242,6 +247,14 @@ impl TimedRobot {
             starting.joint_acceleration = sample.joint_velocity.map(|velocity| change * velocity);
             self.load(memory, contacts, level, &starting) <= 1.0
         })
+    }
+
+    /// Whether the ground under a sole is uneven: foot placement keeps such a support away from the
+    /// sole's outline on all sides.
+    fn is_uneven(&self, contact: &Contact) -> bool {
+        let outline = &self.flat_parts[contact.limb as usize];
+        let is_inside = |at: &DVec2| inner_distance(outline, *at) > ON_OUTLINE_MAX;
+        supported_part(contact).iter().all(is_inside)
     }
 
     /// The ground under the contacts of a span.
@@ -556,6 +569,10 @@ impl TimedRobot {
 
 /// Velocities, or accelerations, at rest.
 const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
+
+/// Distance (m) from the outline of a sole up to which a corner of its support lies on it. On bars
+/// it is 1 mm inside.
+const ON_OUTLINE_MAX: f64 = 2e-3;
 
 /// Share of a sole's area from which all of it counts as supported.
 const WHOLE_SOLE_SHARE: f64 = 0.98;

@@ -7,7 +7,7 @@ use crate::base::text_file::{check_numbers, check_positive};
 use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
-use crate::config::validation::check_relations;
+use crate::config::validation::{check_relations, check_walk_length};
 
 /// A parameter that is out of range, or at odds with another one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -45,11 +45,12 @@ impl ScenarioContent {
     /// digest is that of a file with the same content.
     ///
     /// # Errors
-    /// A number is out of range, or a planner margin is not strictly stronger than what the checker
+    /// A number is out of range, the goal is more than a kilometre away, or a planner margin is not strictly stronger than what the checker
     /// tolerates.
     pub fn build(self) -> Result<Scenario, ScenarioError> {
         check_stance("start", &self.start)?;
         check_stance("goal", &self.goal)?;
+        check_walk_length(&self.start, &self.goal).map_err(|problem| error("goal", problem))?;
         for (parameter, value) in [
             ("goal.position_tolerance", self.goal_position_tolerance),
             ("goal.yaw_tolerance", self.goal_yaw_tolerance),
@@ -122,6 +123,9 @@ mod tests {
         let nowhere = StancePose { position: DVec3::NAN, ..content().start };
         let error = ScenarioContent { goal: nowhere, ..content() }.build().unwrap_err();
         assert_eq!(error.parameter, "goal");
+        let far = StancePose { position: DVec3::X * 3000.0, ..content().start };
+        let error = ScenarioContent { goal: far, ..content() }.build().unwrap_err();
+        assert!(error.to_string().starts_with("goal: it is 3000 m from the start: millimetres?"));
         let planner = PlannerConfig { com_margin: -1.0, ..PlannerConfig::default() };
         let error = ScenarioContent { planner, ..content() }.build().unwrap_err();
         assert_eq!(error.parameter, "planner.com_margin");

@@ -40,6 +40,11 @@ impl<M: Layout> LoanPool<M> {
         Ok(Self { slots, publisher })
     }
 
+    /// The id of the publisher, as the readers of its messages see it.
+    pub fn publisher_id(&self) -> u128 {
+        self.publisher.id().value()
+    }
+
     /// Takes a slot of the pool, or a new loan if the pool is empty.
     ///
     /// # Errors

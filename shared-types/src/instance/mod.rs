@@ -18,6 +18,7 @@ pub(crate) mod making;
 pub(crate) mod management_segment;
 pub mod observer;
 pub mod participant;
+pub mod planner_lock;
 pub(crate) mod private;
 pub mod requests;
 pub mod role_lock;

@@ -7,11 +7,13 @@ use std::cell::RefCell;
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
+use iceoryx2::sample::Sample;
 
 use crate::instance::chunk_counter::ChunkCounter;
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
 use crate::instance::participant::Participant;
+use crate::instance::planner_lock::PlannerPublisher;
 use crate::instance::services::{RequestServices, Service};
 use crate::instance::tuning::{STATE_BUFFER, WINDOW_CHUNKS};
 use crate::message::{
@@ -27,6 +29,7 @@ pub struct Observer {
     state: Subscriber<ipc::Service, SimulationState, ()>,
     description: Subscriber<ipc::Service, Description, ()>,
     set_points: Subscriber<ipc::Service, SetPoint, ()>,
+    planner: RefCell<PlannerPublisher>,
     counter: RefCell<ChunkCounter>,
     _services: ObservedServices,
     participant: Participant,
@@ -75,18 +78,21 @@ impl Observer {
             state,
             description,
             set_points,
+            planner: RefCell::new(PlannerPublisher::open(instance)?),
             counter: RefCell::default(),
             _services: services,
             participant,
         })
     }
 
-    /// The next undamaged chunk, if one arrived.
+    /// The planner's next undamaged chunk, if one arrived. Those of other publishers are skipped.
     ///
     /// # Errors
     /// The transport fails.
     pub fn chunk(&self) -> Result<Option<PlanChunk>, ChannelError> {
-        let chunk = next(&self.chunks, PlanChunk::crc_matches)?;
+        let is_planners =
+            |chunk: &Received<PlanChunk>| self.planner.borrow_mut().is(chunk.origin().value());
+        let chunk = next_of(&self.chunks, |chunk| is_planners(chunk) && chunk.crc_matches())?;
         let mut counter = self.counter.borrow_mut();
         match &chunk {
             Some(chunk) => counter.record(chunk),
@@ -173,11 +179,22 @@ fn next<M: Layout>(
     subscriber: &Subscriber<ipc::Service, M, ()>,
     is_well_formed: impl Fn(&M) -> bool,
 ) -> Result<Option<M>, ChannelError> {
+    next_of(subscriber, |message| is_well_formed(message))
+}
+
+/// A received message, with its publisher.
+type Received<M> = Sample<ipc::Service, M, ()>;
+
+/// The next message that `counts`; others are skipped.
+fn next_of<M: Layout>(
+    subscriber: &Subscriber<ipc::Service, M, ()>,
+    counts: impl Fn(&Received<M>) -> bool,
+) -> Result<Option<M>, ChannelError> {
     loop {
         let received =
             subscriber.receive().map_err(|error| ChannelError::transport("receiving", error))?;
         let Some(sample) = received else { return Ok(None) };
-        if is_well_formed(sample.payload()) {
+        if counts(&sample) {
             return Ok(Some(*sample.payload()));
         }
     }

@@ -2,9 +2,10 @@
 //! mistyped one of ours must not be passed over: without its effort limits a robot is stronger.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 
 use crate::base::closest::closest;
 
@@ -37,10 +38,37 @@ const OF_ROBOT: [&str; 9] = [
 
 type Keys = BTreeMap<String, IgnoredAny>;
 
-/// A plan file of which only the robot counts.
-#[derive(Deserialize)]
-struct WithRobot {
+/// The keys of a plan file and of its robot, found in one pass.
+#[derive(Default)]
+struct PlanKeys {
+    plan: Keys,
     robot: Keys,
+}
+
+impl<'de> Deserialize<'de> for PlanKeys {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(Self::default())
+    }
+}
+
+impl<'de> Visitor<'de> for PlanKeys {
+    type Value = Self;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a plan")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<Self, A::Error> {
+        while let Some(key) = map.next_key::<String>()? {
+            if key == "robot" {
+                self.robot = map.next_value()?;
+            } else {
+                map.next_value::<IgnoredAny>()?;
+            }
+            self.plan.insert(key, IgnoredAny);
+        }
+        Ok(self)
+    }
 }
 
 /// Checks the keys of a plan file that can be read.
@@ -48,10 +76,9 @@ struct WithRobot {
 /// # Errors
 /// The element that has a key which is nearly a known one, and both.
 pub(crate) fn check_keys(text: &str) -> Result<(), (String, String)> {
-    let keys: Keys = serde_json::from_str(text).unwrap_or_default();
-    check("plan", &keys, &OF_PLAN)?;
-    let robot = serde_json::from_str::<WithRobot>(text).map(|plan| plan.robot);
-    check("robot", &robot.unwrap_or_default(), &OF_ROBOT)
+    let keys: PlanKeys = serde_json::from_str(text).unwrap_or_default();
+    check("plan", &keys.plan, &OF_PLAN)?;
+    check("robot", &keys.robot, &OF_ROBOT)
 }
 
 fn check(element: &str, keys: &Keys, known: &[&str]) -> Result<(), (String, String)> {

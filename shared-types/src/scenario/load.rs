@@ -14,7 +14,7 @@ use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
 use crate::config::scenario_source::ScenarioSource;
-use crate::config::validation::check_relations;
+use crate::config::validation::{check_relations, check_walk_length};
 use crate::robot::load::load_robot;
 use crate::robot::model::RobotModel;
 
@@ -64,8 +64,9 @@ struct RawGoal {
 /// opened.
 ///
 /// # Errors
-/// The file cannot be read, a number is out of range, or a margin of the planner is not strictly
-/// stronger than the checker's tolerance. Those of [`load_robot`] where a width is missing.
+/// The file cannot be read, a number is out of range, the goal is more than a kilometre from the
+/// start, or a margin of the planner is not strictly stronger than the checker's tolerance. Those of
+/// [`load_robot`] where a width is missing.
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     scenario_of(&ScenarioSource::read(path)?)
 }
@@ -99,7 +100,7 @@ fn read(source: &ScenarioSource) -> Result<(Scenario, Option<RobotModel>), Input
     let robot = needs_robot.then(|| load_robot(&robot_path)).transpose()?;
     let width = robot.as_ref().map_or(0.0, RobotModel::stance_width);
     let start = start_stance(&raw.start, width, source)?;
-    let goal = goal_stance(&raw.goal, width, source)?;
+    let goal = goal_stance(&raw.goal, width, &start, source)?;
     let (planner, checker, execution) = configs(raw.planner, raw.checker, raw.execution, source)?;
     let raw_goal = raw.goal.into_inner();
     let scenario = Scenario {
@@ -135,6 +136,7 @@ fn start_stance(
 fn goal_stance(
     goal: &Spanned<RawGoal>,
     width: f64,
+    start: &StancePose,
     source: &TextFile,
 ) -> Result<StancePose, InputError> {
     let RawGoal { xyz: Exactly(xyz), yaw, stance_width, position_tolerance, yaw_tolerance } =
@@ -143,6 +145,7 @@ fn goal_stance(
         let stance = stance_pose(xyz, yaw, stance_width.unwrap_or(width))?;
         check_positive("position_tolerance", &[position_tolerance])?;
         check_positive("yaw_tolerance", &[yaw_tolerance])?;
+        check_walk_length(start, &stance)?;
         Ok(stance)
     };
     stance().map_err(|message: String| source.location(goal.span().start).error("[goal]", message))

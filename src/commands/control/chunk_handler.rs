@@ -143,6 +143,7 @@ impl ChunkHandler {
             accepted: self.executor.next_sequence(),
             duplicated: stats.duplicates,
             damaged: stats.damaged,
+            other_senders: stats.other_senders,
             late_chunks: self.robot.late_chunks(),
             brakes: feedback.brakes,
             stood_seconds: feedback.stood,

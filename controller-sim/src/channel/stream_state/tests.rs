@@ -65,7 +65,8 @@ fn duplicates_gaps_and_foreign_chunks_are_counted_and_not_checked() {
             gaps: 2,
             stale: 0,
             foreign: 1,
-            damaged: 0
+            damaged: 0,
+            other_senders: 0,
         }
     );
     assert_eq!(state.feedback(1, WalkProgress::default()).stream, chunks[3].stream_after());
@@ -117,7 +118,8 @@ fn a_restarted_planner_continues_and_its_predecessor_is_stale() {
             gaps: 0,
             stale: 1,
             foreign: 0,
-            damaged: 0
+            damaged: 0,
+            other_senders: 0,
         }
     );
 }

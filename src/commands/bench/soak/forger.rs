@@ -8,6 +8,7 @@ use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::message::chunk::FLAG_FIRST;
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict, WithCrc};
 
 use crate::commands::bench::soak::random::Random;
@@ -16,6 +17,8 @@ use crate::commands::bench::soak::random::Random;
 const FORGED: u64 = u64::MAX;
 /// The forger's id as a controller.
 const OTHER_CONTROLLER: u64 = 0xf0f0;
+/// The forger's session as a planner.
+const OTHER_SESSION: u64 = 0xf0f1;
 
 /// Forges and repeats messages, and watches the controller's own feedback.
 pub(crate) struct Forger {
@@ -86,7 +89,7 @@ impl Forger {
     /// yet.
     pub(crate) fn disturb(&self, random: &mut Random) -> Option<&'static str> {
         let last = self.received[0]?;
-        let (has_sent, event) = match random.below(6) {
+        let (has_sent, event) = match random.below(8) {
             0 => {
                 let refusal = Feedback {
                     verdict: Verdict::Refused as u32,
@@ -109,19 +112,16 @@ impl Forger {
                 (self.received[1].is_some_and(repeat), "feedback repeated")
             }
             4 => {
-                let damaged = self.last_chunk.as_deref().map(|chunk| PlanChunk {
+                let damaged = |chunk: &PlanChunk| PlanChunk {
                     sequence: chunk.sequence + 1,
                     crc: !chunk.crc,
                     ..*chunk
-                });
-                let send = |chunk: PlanChunk| self.chunks.send_copy(chunk).is_ok();
-                (damaged.is_some_and(send), "damaged chunk forged")
+                };
+                (self.send_chunk(damaged), "damaged chunk forged")
             }
-            _ => {
-                let chunk = self.last_chunk.as_deref();
-                let repeat = |chunk: &PlanChunk| self.chunks.send_copy(*chunk).is_ok();
-                (chunk.is_some_and(repeat), "chunk repeated")
-            }
+            5 => (self.send_chunk(|chunk| next_chunk(chunk, &last)), "next chunk forged"),
+            6 => (self.send_chunk(|chunk| other_plan(chunk, &last)), "other plan forged"),
+            _ => (self.send_chunk(|chunk| *chunk), "chunk repeated"),
         };
         has_sent.then_some(event)
     }
@@ -131,4 +131,39 @@ impl Forger {
         forged.write_crc();
         self.feedback.send_copy(forged).is_ok()
     }
+
+    /// Sends what `forge` makes of the last chunk; `false` if there is none yet.
+    fn send_chunk(&self, forge: impl Fn(&PlanChunk) -> PlanChunk) -> bool {
+        let last = self.last_chunk.as_deref();
+        last.is_some_and(|chunk| self.chunks.send_copy(forge(chunk)).is_ok())
+    }
+}
+
+/// A chunk that the controller expects, by everything but its publisher: of the session, with the
+/// next number and the right CRC, but where the robot's root is elsewhere.
+fn next_chunk(chunk: &PlanChunk, last: &Feedback) -> PlanChunk {
+    let (session, sequence, stream) = (last.session, last.next_sequence, last.stream);
+    let mut forged = PlanChunk {
+        target_controller: last.controller_id,
+        plan_id: last.plan_id,
+        epoch: last.epoch,
+        flags: if sequence == 0 { FLAG_FIRST } else { 0 },
+        ..PlanChunk { session, sequence, stream, ..*chunk }
+    };
+    forged.waypoints.iter_mut().for_each(|waypoint| waypoint.root_position[0] += 1.0);
+    forged.write_crc();
+    forged
+}
+
+/// The first chunk of a plan of a planner that never was.
+fn other_plan(chunk: &PlanChunk, last: &Feedback) -> PlanChunk {
+    let mut forged = PlanChunk {
+        session: OTHER_SESSION,
+        plan_id: last.plan_id.wrapping_add(1),
+        sequence: 0,
+        flags: FLAG_FIRST,
+        ..next_chunk(chunk, last)
+    };
+    forged.write_crc();
+    forged
 }
