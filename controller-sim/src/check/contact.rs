@@ -4,7 +4,7 @@ use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::base::comparison::is_at_most;
+use crate::base::comparison::{is_at_most, smallest};
 use crate::check::segment::{Case, Violation};
 use crate::check::stance_foot::StanceFoot;
 use crate::check::tuning::LANDING_HEIGHT_MAX;
@@ -19,10 +19,12 @@ pub fn check_contact(
     for (contact, support) in case.contacts.iter().zip(&case.supports) {
         let name = &model.feet[contact.limb as usize].name;
         check_support(name, config, support)?;
-        let is_smooth = !case.instants.is_empty();
-        if is_smooth {
+        if case.is_smooth() {
             check_landing(name, support)?;
         }
+    }
+    if case.is_smooth() {
+        check_level(&case.supports)?;
     }
     let mut worst = f64::INFINITY;
     for (sample, feet) in case.samples_with_feet() {
@@ -68,6 +70,22 @@ fn check_landing(foot: &str, support: &SoleSupport) -> Result<(), Violation> {
     let detail = format!(
         "the {foot} sole of a smooth motion is declared {off:.2} mm {side} the ground, limit \
          {limit:.2} mm"
+    );
+    Err(Violation::new(Check::Contact, 0, detail))
+}
+
+/// A robot sinks onto the foot that carries it, and the other one meets the ground early or late
+/// by the difference of their heights over it.
+fn check_level(supports: &[SoleSupport]) -> Result<(), Violation> {
+    let depths = || supports.iter().map(|support| support.deepest);
+    let apart = depths().fold(f64::NEG_INFINITY, f64::max) - smallest(depths());
+    if supports.is_empty() || is_at_most(apart, LANDING_HEIGHT_MAX) {
+        return Ok(());
+    }
+    let (apart, limit) = (1e3 * apart, 1e3 * LANDING_HEIGHT_MAX);
+    let detail = format!(
+        "the soles of a smooth motion are declared {apart:.2} mm more and less deep in the ground, \
+         limit {limit:.2} mm"
     );
     Err(Violation::new(Check::Contact, 0, detail))
 }

@@ -13,9 +13,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::segment::{Case, Violation};
-use crate::check::tuning::{
-    FEED_FORWARD_OFF_MAX, SHARED_FEED_FORWARD_OFF_MAX, TWO_FEET_FEED_FORWARD_OFF_MAX,
-};
+use crate::check::tuning::{FEED_FORWARD_OFF_MAX, SHARED_FEED_FORWARD_OFF_MAX};
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::equilibrium::Generator;
 use crate::statics::inverse_dynamics::InverseDynamics;
@@ -52,7 +50,8 @@ pub fn check_feed_forward(
     for at in (0..knots.len()).filter(is_received) {
         let (index, instant) = &knots[at];
         let is_end = at == 0 || at + 1 == knots.len();
-        let off_max = off_max(is_on_one_foot, is_end, is_executed);
+        let is_shared = !is_on_one_foot || is_end || is_executed;
+        let off_max = if is_shared { SHARED_FEED_FORWARD_OFF_MAX } else { FEED_FORWARD_OFF_MAX };
         if stated.moving {
             check(*index, instant, &instant.torque, off_max)?;
         }
@@ -64,17 +63,6 @@ pub fn check_feed_forward(
     stops.into_iter().try_for_each(|(index, instant)| {
         check(*index, instant, &instant.torque, SHARED_FEED_FORWARD_OFF_MAX)
     })
-}
-
-/// The largest share of its effort limit by which a torque may be off, at an end of the motion or
-/// within it.
-fn off_max(is_on_one_foot: bool, is_end: bool, is_executed: bool) -> f64 {
-    match (is_on_one_foot, is_executed) {
-        (false, true) => 1.0,
-        (true, false) if !is_end => FEED_FORWARD_OFF_MAX,
-        (false, false) => TWO_FEET_FEED_FORWARD_OFF_MAX,
-        (true, _) => SHARED_FEED_FORWARD_OFF_MAX,
-    }
 }
 
 /// What a motion states somewhere.

@@ -3,6 +3,7 @@
 pub(crate) mod acceleration;
 pub(crate) mod allowed_pairs;
 pub(crate) mod balance;
+pub(crate) mod centre_track;
 pub mod checker;
 pub(crate) mod checks;
 pub(crate) mod collision;

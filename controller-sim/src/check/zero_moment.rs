@@ -4,15 +4,17 @@
 //! Euler, at every waypoint and while the robot brakes. Straight lines have none, because their
 //! speed jumps at waypoints. A robot follows them to within millimetres with accelerations that
 //! last longer. So the acceleration of the centre of mass counts as the change of its mean speed
-//! from one window of time to the next one, at rest before and after the segment.
+//! from one window of time to the next one, at rest before and after the segment, and so does the
+//! change of the angular momentum about it.
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::{Check, Waypoint};
+use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::base::comparison::{is_at_most, largest};
+use crate::check::centre_track::CentreTrack;
 use crate::check::segment::{Case, Violation};
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Region};
@@ -23,6 +25,10 @@ use crate::statics::sole_support::{ContactPoint, SoleSupport};
 /// long. The check accepts the planner's quasi-static plans, and refuses a walk of hubo in 0.35 of
 /// its time.
 const WINDOW: f64 = 0.2;
+
+/// A moment about the vertical beyond friction by less than this turns a robot by some milliradians
+/// within a window, by the weight, m.
+const TWIST_ROUNDING: f64 = 5e-4;
 
 /// The smallest distance of the zero-moment point to the edge of the equilibrium region and of the
 /// contacts' hull, m.
@@ -40,9 +46,11 @@ pub fn check_zero_moment(
         height: ground_height(&case.supports),
         margin_min: config.com_margin,
         force_angle_max: force_angle_max(equilibrium, &case.supports),
+        friction_centre: friction_centre(&case.supports),
+        twist_max: twist_max(equilibrium, &case.supports),
     };
     if !case.is_smooth() {
-        return check_straight(&support, &CentreTrack::new(case));
+        return check_straight(&support, &CentreTrack::new(model, case));
     }
     let mut worst = f64::INFINITY;
     for (index, instant) in &case.instants {
@@ -63,6 +71,10 @@ struct Support {
     margin_min: f64,
     /// The largest angle of a force that the contacts can exert to the vertical, rad.
     force_angle_max: f64,
+    /// A point between the contacts, m.
+    friction_centre: DVec2,
+    /// The largest moment about the vertical through it, by the force that presses down, m.
+    twist_max: f64,
 }
 
 impl Support {
@@ -79,6 +91,41 @@ impl Support {
              too fast",
             angle.to_degrees(),
             self.force_angle_max.to_degrees()
+        );
+        Err(Violation::new(Check::ZeroMoment, waypoint, detail))
+    }
+
+    /// Whether the contacts can change the motion so.
+    fn check_change(&self, change: &Change, waypoint: usize) -> Result<f64, Violation> {
+        let Change { centre, acceleration, spin } = *change;
+        let press = GRAVITY + acceleration.z;
+        let press = if press > 0.0 { press } else { f64::NAN };
+        let lever = (centre.z - self.height) / press;
+        let turning = DVec2::new(-spin.y, spin.x) / press;
+        let point = centre.truncate() - lever * acceleration.truncate() + turning;
+        let margin = self.check(point, waypoint)?;
+        self.check_force(acceleration, waypoint)?;
+        self.check_twist(&[centre, acceleration, spin], press, waypoint)?;
+        Ok(margin)
+    }
+
+    /// Whether friction can turn the robot about the vertical so, beside the horizontal force.
+    fn check_twist(
+        &self,
+        [centre, acceleration, spin]: &[DVec3; 3],
+        press: f64,
+        waypoint: usize,
+    ) -> Result<(), Violation> {
+        let arm = self.friction_centre - centre.truncate();
+        let twist = (spin.z - arm.perp_dot(acceleration.truncate())).abs() / press;
+        if is_at_most(twist, self.twist_max + TWIST_ROUNDING) {
+            return Ok(());
+        }
+        let detail = format!(
+            "the motion turns the robot about the vertical with {:.1} mm of its weight, friction \
+             holds at most {:.1} mm: it is too fast",
+            1e3 * twist,
+            1e3 * self.twist_max
         );
         Err(Violation::new(Check::ZeroMoment, waypoint, detail))
     }
@@ -106,6 +153,23 @@ fn force_angle_max(equilibrium: &Equilibrium, supports: &[SoleSupport]) -> f64 {
     libm::atan(equilibrium.mu()) + tilt
 }
 
+/// The mean of the contact points, m.
+fn friction_centre(supports: &[SoleSupport]) -> DVec2 {
+    let points = || supports.iter().flat_map(|support| &support.points);
+    let sum: DVec2 = points().map(|point| point.position.truncate()).sum();
+    sum / points().count().max(1) as f64
+}
+
+/// The largest moment about the vertical through the mean of the contact points, by the force that
+/// presses down, m: all of it at the farthest point, with a force across as large as friction and
+/// the tilt of the ground let it be. No contact forces exert more.
+fn twist_max(equilibrium: &Equilibrium, supports: &[SoleSupport]) -> f64 {
+    let centre = friction_centre(supports);
+    let points = supports.iter().flat_map(|support| &support.points);
+    let reach = largest(points.map(|point| point.position.truncate().distance(centre)));
+    reach * libm::tan(force_angle_max(equilibrium, supports).min(1.5))
+}
+
 /// The mean height of the centroids of the soles' supports, m: where their vertices lie, and how
 /// many there are, does not matter.
 fn ground_height(supports: &[SoleSupport]) -> f64 {
@@ -129,56 +193,52 @@ fn centroid_height(points: &[ContactPoint]) -> f64 {
 }
 
 /// The zero-moment point at every instant at which its windowed value may be extreme: at the
-/// waypoints, and a window before and after them.
+/// waypoints, and a window before and after them. A motion to and fro within a window changes no
+/// mean speed over it, so half of a window is examined, too; half of the change counts there, as
+/// much as a single change counts over the whole one.
 fn check_straight(support: &Support, track: &CentreTrack) -> Result<f64, Violation> {
     let (begin, end) = track.ends();
     let mut worst = f64::INFINITY;
     for (index, (time, _)) in track.0.iter().enumerate() {
-        for instant in [*time, time - WINDOW, time + WINDOW] {
-            if !(begin..=end).contains(&instant) {
-                continue;
+        for (window, share) in [(WINDOW, 1.0), (0.5 * WINDOW, 0.5)] {
+            for instant in [*time, time - window, time + window] {
+                if (begin..=end).contains(&instant) {
+                    let change = Change::of(track, instant, window, share);
+                    worst = worst.min(support.check_change(&change, index)?);
+                }
             }
-            let [before, here, after] =
-                [instant - WINDOW, instant, instant + WINDOW].map(|time| track.at(time));
-            let acceleration = (after - 2.0 * here + before) / (WINDOW * WINDOW);
-            let press = GRAVITY + acceleration.z;
-            let lever = (here.z - support.height) / if press > 0.0 { press } else { f64::NAN };
-            let point = here.truncate() - lever * acceleration.truncate();
-            worst = worst.min(support.check(point, index)?);
-            support.check_force(acceleration, index)?;
         }
     }
     Ok(worst)
 }
 
-/// The centre of mass at the waypoints, each with its time.
-struct CentreTrack(Vec<(f64, DVec3)>);
+/// How the motion of the robot as a whole changes at an instant.
+struct Change {
+    /// The centre of mass, m.
+    centre: DVec3,
+    /// Its acceleration, m/s2.
+    acceleration: DVec3,
+    /// The change of the angular momentum about it, by mass, m2/s2.
+    spin: DVec3,
+}
 
-impl CentreTrack {
-    fn new(case: &Case) -> Self {
-        let at_waypoints = case.motion.samples.iter().filter(|sample| sample.is_waypoint());
-        let centre = |(waypoint, centre): (&Waypoint, DVec3)| (waypoint.time, centre);
-        let centres = at_waypoints.map(|sample| sample.centre_of_mass);
-        Self(case.waypoints.iter().zip(centres).map(centre).collect())
-    }
-
-    fn ends(&self) -> (f64, f64) {
-        let end = |end: Option<&(f64, DVec3)>| end.map_or(0.0, |(time, _)| *time);
-        (end(self.0.first()), end(self.0.last()))
-    }
-
-    /// The centre of mass at a time: linear between waypoints, at rest outside of them.
-    fn at(&self, time: f64) -> DVec3 {
-        let next = self.0.partition_point(|(at, _)| *at <= time);
-        let Some(&(from, start)) = next.checked_sub(1).map(|before| &self.0[before]) else {
-            return self.0[0].1;
-        };
-        self.0.get(next).map_or(start, |&(to, end)| start.lerp(end, (time - from) / (to - from)))
+impl Change {
+    /// A share of the change from the window of time (s) before an instant to that after it.
+    fn of(track: &CentreTrack, instant: f64, window: f64, share: f64) -> Self {
+        let [before, here, after] =
+            [instant - window, instant, instant + window].map(|time| track.at(time));
+        let per_square = share / (window * window);
+        Self {
+            centre: here.centre,
+            acceleration: per_square * (after.centre - 2.0 * here.centre + before.centre),
+            spin: per_square * (after.turned - 2.0 * here.turned + before.turned),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::check::centre_track::Whole;
     use crate::check_robot::randoms;
     use crate::statics::sole_support::ContactPoint;
 
@@ -224,25 +284,38 @@ mod tests {
 
     fn support(margin_min: f64, force_angle_max: f64) -> Support {
         let region = Equilibrium::new(0.8).region(&[sole(&SQUARE, 0.0)], ALL_FRICTION);
-        Support { region, height: 0.5, margin_min, force_angle_max }
+        let (friction_centre, twist_max) = (DVec2::ZERO, 1.0);
+        Support { region, height: 0.5, margin_min, force_angle_max, friction_centre, twist_max }
+    }
+
+    /// A robot whose centre of mass is at these places at these times, and does not turn.
+    fn track(places: &[(f64, DVec3)]) -> CentreTrack {
+        let whole = |&(time, centre): &(f64, DVec3)| (time, Whole { centre, turned: DVec3::ZERO });
+        CentreTrack(places.iter().map(whole).collect())
     }
 
     /// The smallest margin in the square, and the largest angle of the force, over all instants.
-    fn worst_of_all_instants(track: &CentreTrack) -> (f64, f64) {
-        let (begin, end) = (track.0[0].0, track.0[track.0.len() - 1].0);
+    fn worst_of_all_instants(places: &[(f64, DVec3)]) -> (f64, f64) {
+        let windows = [(WINDOW, 1.0), (0.5 * WINDOW, 0.5)];
+        let worst = windows.map(|window| worst_of_windows(places, window));
+        (worst[0].0.min(worst[1].0), worst[0].1.max(worst[1].1))
+    }
+
+    fn worst_of_windows(places: &[(f64, DVec3)], (window, share): (f64, f64)) -> (f64, f64) {
+        let (begin, end) = (places[0].0, places[places.len() - 1].0);
         let centre = |time: f64| {
             let time = time.clamp(begin, end);
-            let after = track.0.iter().position(|(at, _)| *at >= time).unwrap().max(1);
-            let [(from, a), (to, b)] = [track.0[after - 1], track.0[after]];
+            let after = places.iter().position(|(at, _)| *at >= time).unwrap().max(1);
+            let [(from, a), (to, b)] = [places[after - 1], places[after]];
             a + (b - a) * ((time - from) / (to - from))
         };
         let (mut margin, mut angle) = (f64::INFINITY, 0.0_f64);
         for step in 0..=2_000 {
             let time = begin + (end - begin) * f64::from(step) / 2_000.0;
             let here = centre(time);
-            let speeds = [(time - WINDOW, time), (time, time + WINDOW)]
-                .map(|(from, to)| (centre(to) - centre(from)) / WINDOW);
-            let acceleration = (speeds[1] - speeds[0]) / WINDOW;
+            let speeds = [(time - window, time), (time, time + window)]
+                .map(|(from, to)| (centre(to) - centre(from)) / window);
+            let acceleration = share * (speeds[1] - speeds[0]) / window;
             let force = acceleration + DVec3::new(0.0, 0.0, GRAVITY);
             let point = here - force * ((here.z - 0.5) / force.z);
             margin = margin.min(1.0 - point.x.abs().max(point.y.abs()));
@@ -256,13 +329,14 @@ mod tests {
         let mut between = randoms(5);
         for _ in 0..100 {
             let (mut time, mut at) = (between(-3.0, 3.0), DVec3::new(0.1, -0.2, 1.3));
-            let mut track = CentreTrack(vec![(time, at)]);
+            let mut places = vec![(time, at)];
             for _ in 0..5 {
                 time += between(0.05, 0.5);
                 at += DVec3::new(between(-0.05, 0.05), between(-0.05, 0.05), between(-0.03, 0.03));
-                track.0.push((time, at));
+                places.push((time, at));
             }
-            let (margin, angle) = worst_of_all_instants(&track);
+            let (margin, angle) = worst_of_all_instants(&places);
+            let track = track(&places);
             let found = check_straight(&support(-1.0, 1.5), &track).unwrap();
             assert!((found - margin).abs() < 1e-3, "{found} {margin}");
             // Both limits on both sides.
@@ -277,14 +351,57 @@ mod tests {
         // Within a window the centre falls faster than gravity lets it.
         let fall = |depth: f64| {
             let at = |z: f64| DVec3::new(0.0, 0.0, z);
-            CentreTrack(vec![
-                (0.0, at(2.0)),
-                (1.0, at(2.0)),
-                (1.2, at(2.0 - depth)),
-                (2.0, at(2.0 - depth)),
-            ])
+            let places = [2.0, 2.0, 2.0 - depth, 2.0 - depth].map(at);
+            track(&[0.0, 1.0, 1.2, 2.0].into_iter().zip(places).collect::<Vec<_>>())
         };
         assert!(check_straight(&support(0.0, 1.5), &fall(0.3)).is_ok());
         assert!(check_straight(&support(0.0, 1.5), &fall(0.5)).is_err());
+    }
+
+    #[test]
+    fn a_motion_to_and_fro_within_a_window_is_seen() {
+        let sway = |amplitude: f64, period: f64| {
+            let places = (0..20).map(|index| {
+                let side = amplitude * f64::from(index % 2);
+                (0.5 * period * f64::from(index), DVec3::new(side, 0.0, 1.5))
+            });
+            check_straight(&support(0.0, 1.5), &track(&places.collect::<Vec<_>>())).unwrap()
+        };
+        // To and fro in 0.2 s: half of 4 times the amplitude by 0.2 s squared counts.
+        let shift = 0.5 * 2.0 * 0.01 / (0.1 * 0.1) / GRAVITY;
+        assert!((sway(0.01, 0.2) - (1.0 - 0.01 - shift)).abs() < 1e-9, "{}", sway(0.01, 0.2));
+    }
+
+    #[test]
+    fn a_robot_that_turns_faster_than_friction_lets_it_is_refused() {
+        let spinning = |axis: DVec3, turn: f64| {
+            let at = |time: f64, turned: DVec3| {
+                (time, Whole { centre: DVec3::new(0.0, 0.0, 1.5), turned })
+            };
+            CentreTrack(vec![
+                at(0.0, DVec3::ZERO),
+                at(1.0, DVec3::ZERO),
+                at(1.2, turn * axis),
+                at(2.0, turn * axis),
+            ])
+        };
+        let twist = |turn: f64| turn / (WINDOW * WINDOW) / GRAVITY;
+        let tight = |most: f64| Support { twist_max: most - TWIST_ROUNDING, ..support(0.0, 1.5) };
+        let about_z = spinning(DVec3::Z, 0.01);
+        assert!(check_straight(&tight(twist(0.0101)), &about_z).is_ok());
+        let violation = check_straight(&tight(twist(0.0099)), &about_z).unwrap_err();
+        assert!(violation.detail.contains("about the vertical"), "{violation}");
+        // About an axis across, the zero-moment point moves by the same lever.
+        for axis in [DVec3::X, DVec3::Y] {
+            let margin = check_straight(&tight(1e-3), &spinning(axis, 0.01)).unwrap();
+            assert!((margin - (1.0 - twist(0.01))).abs() < 1e-9, "{margin}");
+        }
+    }
+
+    #[test]
+    fn the_largest_twist_is_that_of_friction_at_the_farthest_point() {
+        let equilibrium = Equilibrium::new(0.5);
+        let twist = twist_max(&equilibrium, &[sole(&SQUARE, 0.0)]);
+        assert!((twist - 0.5 * std::f64::consts::SQRT_2).abs() < 1e-9, "{twist}");
     }
 }
