@@ -45,13 +45,8 @@ impl ScenarioContent {
     /// digest is that of a file with the same content.
     ///
     /// # Errors
-<<<<<<< HEAD
-    /// A number is out of range, the goal is more than a kilometre away, or a planner margin is not strictly stronger than what the checker
-    /// tolerates.
-=======
     /// A number is out of range, the goal is more than a kilometre away, or a planner margin is not
     /// strictly stronger than what the checker tolerates.
->>>>>>> w20b
     pub fn build(self) -> Result<Scenario, ScenarioError> {
         check_stance("start", &self.start)?;
         check_stance("goal", &self.goal)?;

@@ -65,13 +65,8 @@ struct RawGoal {
 ///
 /// # Errors
 /// The file cannot be read, a number is out of range, the goal is more than a kilometre from the
-<<<<<<< HEAD
-/// start, or a margin of the planner is not strictly stronger than the checker's tolerance. Those of
-/// [`load_robot`] where a width is missing.
-=======
 /// start, or a margin of the planner is not strictly stronger than the checker's tolerance. Those
 /// of [`load_robot`] where a width is missing.
->>>>>>> w20b
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     scenario_of(&ScenarioSource::read(path)?)
 }
