@@ -110,20 +110,20 @@ fn a_sole_on_studs_touches_with_those_that_are_over_ground() {
 }
 
 #[test]
-fn ground_rises_into_a_pad_no_more_than_into_a_foot_that_lands() {
+fn ground_rises_into_a_pad_no_more_than_into_a_whole_sole() {
     let pads = [rectangle([-0.05, 0.09], [-0.07, 0.07])];
     let on = |z: f64| support_on(&pads, &surfaces(vec![floor()]), &at(0.0, 0.0, z));
-    assert!(on(-2e-4).is_ok());
-    assert_eq!(on(-4e-4), Err(NoSupport::Penetrates));
+    assert!(on(-9e-5).is_ok());
+    assert_eq!(on(-1.1e-4), Err(NoSupport::Penetrates));
 }
 
 #[test]
-fn the_ground_is_as_near_to_a_sole_as_to_one_that_lands() {
+fn the_highest_ground_is_near_the_plane_of_a_sole() {
     let scene = surfaces(vec![floor()]);
     let on = |z: f64| support(&scene, &at(0.0, 0.0, z)).map(|_| ());
-    assert_eq!((on(2e-4), on(-2e-4)), (Ok(()), Ok(())));
-    assert_eq!(on(4e-4), Err(NoSupport::NothingBelow));
-    assert_eq!(on(-4e-4), Err(NoSupport::Penetrates));
+    assert_eq!((on(9e-5), on(-9e-5)), (Ok(()), Ok(())));
+    assert_eq!(on(1.1e-4), Err(NoSupport::NothingBelow));
+    assert_eq!(on(-1.1e-4), Err(NoSupport::Penetrates));
 }
 
 fn support_of_one_bar(bars: &Surfaces) -> Result<f64, NoSupport> {

@@ -5,11 +5,10 @@ use glam::DVec2;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
 
-use crate::collision::tuning::LIFT_OFF_LIFT;
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::tuning::{
     AREA_SHARE_MIN, CHECKED_AREA_FACTOR, CHECKED_DISTANCE_FACTOR, EDGE_DISTANCE_SHARE_MIN,
-    FOOT_SHIFT_MAX, NEAR_TARGETS_MAX, NEIGHBORS_MAX,
+    FOOT_SHIFT_MAX, GROUND_HEIGHT_MAX, NEAR_TARGETS_MAX, NEIGHBORS_MAX,
 };
 use crate::geometry::polygon::{area_and_centroid, inner_distance};
 
@@ -28,8 +27,7 @@ pub struct FootPlacementConfig {
     /// Largest distance of a supporting surface from the sole's plane, m: the contact gap that the
     /// checker allows.
     pub plane_distance_max: f64,
-    /// Largest distance of the highest ground under a sole from the sole's plane, m. The checker
-    /// allows 0.5 mm where a smooth motion lands, and measures at other places.
+    /// Largest distance of the highest ground under a sole from the sole's plane, m.
     pub ground_height_max: f64,
     /// The smallest width of a supporting piece of a face under the sole, m. A narrower corner or
     /// edge is no reliable support, and may fall between the samples of the checker's 5 mm grid.
@@ -124,7 +122,7 @@ impl Default for FootPlacementConfig {
             support_area_inflation: 2.0,
             centroid_edge_distance_min: 0.02,
             plane_distance_max: CONTACT_GAP_MAX,
-            ground_height_max: LIFT_OFF_LIFT,
+            ground_height_max: GROUND_HEIGHT_MAX,
             contact_width_min: 0.011,
             normal_tilt_max: CONTACT_TILT_MAX,
             centre_height: 0.9,

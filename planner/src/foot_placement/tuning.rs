@@ -19,6 +19,10 @@ pub(crate) const CHECKED_AREA_FACTOR: f64 = 1.2;
 /// from its edge.
 pub(crate) const CHECKED_DISTANCE_FACTOR: f64 = 1.25;
 
+/// Largest distance (m) of the highest ground under a sole from the sole's plane. The checker
+/// allows 0.5 mm where a smooth motion lands, and as much between the heights of two soles over
+/// their ground; it measures at other places, and bars are up to 0.2 mm thicker than their sides.
+pub(crate) const GROUND_HEIGHT_MAX: f64 = 1e-4;
 /// The largest `foot_shift`, m: checkers that allow more are met with smaller supports than theirs.
 pub(crate) const FOOT_SHIFT_MAX: f64 = 0.02;
 /// Spacing of the samples by which a checker may measure the ground under a sole, m: it finds an
