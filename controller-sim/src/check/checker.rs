@@ -35,7 +35,7 @@ use crate::geometry::body::CollisionBody;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::kinematics::trajectory;
 use crate::statics::contact_load::{ContactLoad, least_squares_load, moving_load};
-use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
+use crate::statics::equilibrium::Equilibrium;
 use crate::statics::error::CheckerError;
 use crate::statics::inverse_dynamics::InverseDynamics;
 use crate::statics::sole_support::{SoleSupport, SupportFinder};
@@ -408,8 +408,7 @@ impl Checker {
             }
             PhysicalCheck::DynamicTorque => {
                 let equilibrium = &self.equilibrium;
-                let generators = equilibrium.generators(&case.supports, ALL_FRICTION);
-                check_feed_forward(model, &generators, case, self.has_stops_in_motion)?;
+                check_feed_forward(model, case, self.has_stops_in_motion)?;
                 return check_dynamic_torque(
                     &self.unlocked,
                     joints,

@@ -1,11 +1,9 @@
 //! Feed-forward torques of a smooth motion: those that some contact forces explain.
 //!
 //! A servo adds them to what it does by itself, so torques of another motion tip the robot over
-//! although the motion is sound. They are compared with the plan's motion at the received
-//! waypoints, as it is planned and at rest there, and on one foot while the robot brakes and goes
-//! on. Where one foot begins or ends to carry alone, the other one may still take a part of the
-//! load. On two feet a stop shares the load in another way than its torques, which depend on the
-//! change of the rate of plan time linearly, and is not compared.
+//! although the motion is sound. On one foot the contact wrench is known, and with it all torques,
+//! as planned and at rest. Where two feet share the load, or one begins or ends to carry alone,
+//! plans hand the load over in their own ways, and only the effort limits count.
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Check, Waypoint};
@@ -13,23 +11,21 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::segment::{Case, Violation};
-use crate::check::tuning::{FEED_FORWARD_OFF_MAX, SHARED_FEED_FORWARD_OFF_MAX};
+use crate::check::tuning::FEED_FORWARD_OFF_MAX;
 use crate::kinematics::forward::{Configuration, Posture};
-use crate::statics::equilibrium::Generator;
 use crate::statics::inverse_dynamics::InverseDynamics;
 
 /// Rounding allowed at an effort limit, as a share of the limit.
 const SHARE_ROUNDING: f64 = 1e-6;
 
-/// Whether the feed-forward torques that a motion states are within the effort limits, and move the
-/// robot as planned under contact forces of these `generators`. A motion without torques states
-/// none; one that was executed (`is_executed`) has stops in it.
+/// Whether the feed-forward torques that a motion states are within the effort limits, and on one
+/// foot move the robot as planned. A motion without torques states none; one that was executed
+/// (`is_executed`) has stops in it.
 ///
 /// # Errors
 /// The first instant whose torques no contact forces explain.
 pub fn check_feed_forward(
     model: &RobotModel,
-    generators: &[Generator],
     case: &Case,
     is_executed: bool,
 ) -> Result<(), Violation> {
@@ -39,11 +35,11 @@ pub fn check_feed_forward(
         let detail = "straight lines with feed-forward torques: their accelerations are not known";
         return Err(Violation::new(Check::DynamicTorque, 0, detail));
     }
-    let (knots, stops) = case.instants.split_at(case.received.len());
+    let (knots, _) = case.instants.split_at(case.received.len());
     let stance = case.stance();
     let is_on_one_foot = stance.len() == 1;
     let check = |index: usize, instant: &Waypoint, torques: &[f64; JOINTS_MAX], off_max: f64| {
-        check_torques((model, generators, &stance), instant, torques, off_max)
+        check_torques((model, &stance), instant, torques, off_max)
             .map_err(|detail| Violation::new(Check::DynamicTorque, index, detail))
     };
     let is_received = |at: &usize| *at == 0 || knots[*at - 1].0 != knots[*at].0;
@@ -51,7 +47,7 @@ pub fn check_feed_forward(
         let (index, instant) = &knots[at];
         let is_end = at == 0 || at + 1 == knots.len();
         let is_shared = !is_on_one_foot || is_end || is_executed;
-        let off_max = if is_shared { SHARED_FEED_FORWARD_OFF_MAX } else { FEED_FORWARD_OFF_MAX };
+        let off_max = if is_shared { f64::INFINITY } else { FEED_FORWARD_OFF_MAX };
         if stated.moving {
             check(*index, instant, &instant.torque, off_max)?;
         }
@@ -59,10 +55,7 @@ pub fn check_feed_forward(
             check(*index, &instant.rested(), &instant.rest_torque, off_max)?;
         }
     }
-    let stops = stops.iter().filter(|_| stated.resting && is_on_one_foot);
-    stops.into_iter().try_for_each(|(index, instant)| {
-        check(*index, instant, &instant.torque, SHARED_FEED_FORWARD_OFF_MAX)
-    })
+    Ok(())
 }
 
 /// What a motion states somewhere.
@@ -76,17 +69,15 @@ impl Stated {
         let states = |torques: &[f64; JOINTS_MAX]| torques.iter().any(|torque| *torque != 0.0);
         waypoints.fold(Self { moving: false, resting: false }, |stated, waypoint| Self {
             moving: stated.moving || states(&waypoint.torque),
-            resting: stated.resting
-                || states(&waypoint.rest_torque)
-                || states(&waypoint.rate_change_torque),
+            resting: stated.resting || states(&waypoint.rest_torque),
         })
     }
 }
 
-/// Whether some contact forces move the robot as an instant says if its joints exert these torques
-/// (N m or N), each off by at most `off_max` of its limit.
+/// Whether these torques (N m or N) are within the limits, and on one foot each off by at most
+/// `off_max` of its limit from the one that moves the robot as an instant says.
 fn check_torques(
-    (model, generators, stance): (&RobotModel, &[Generator], &[usize]),
+    (model, stance): (&RobotModel, &[usize]),
     instant: &Waypoint,
     torques: &[f64; JOINTS_MAX],
     off_max: f64,
@@ -99,14 +90,11 @@ fn check_torques(
             ));
         }
     }
+    let [limb] = *stance else { return Ok(()) };
     let posture = Posture::new(model, &Configuration::of_waypoint(instant, model.joints.len()));
-    let dynamics = InverseDynamics::new(model, &posture, instant).less(torques);
-    let missing = match *stance {
-        [limb] => dynamics.torques_on(model, &posture, limb),
-        _ => dynamics
-            .torques(model, &posture, generators, off_max)
-            .ok_or("no contact forces within the friction move the robot so")?,
-    };
+    let missing = InverseDynamics::new(model, &posture, instant)
+        .less(torques)
+        .torques_on(model, &posture, limb);
     let shares = missing.iter().zip(&model.joints).map(|(off, joint)| off.abs() / joint.effort);
     let off = largest(shares);
     if is_at_most(off, off_max) {

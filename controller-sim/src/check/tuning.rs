@@ -20,10 +20,6 @@ pub(crate) const LANDING_HEIGHT_MAX: f64 = 5e-4;
 /// The largest share of its effort limit by which a feed-forward torque of a robot on one foot may
 /// differ from what the contact forces explain: hubo stands in a replay with as much on all joints.
 pub(crate) const FEED_FORWARD_OFF_MAX: f64 = 0.05;
-/// The same where two feet share the load, or begin or end to, and in a stop: plans hand over up to
-/// 0.92 of the limit of G1's ankle otherwise than the checker's forces, which are within friction
-/// and on the ground that the rays confirm.
-pub(crate) const SHARED_FEED_FORWARD_OFF_MAX: f64 = 1.0;
 
 // Collision.
 

@@ -27,8 +27,8 @@ const SERIES_BELOW: f64 = 1e-2;
 /// Position, velocity and acceleration.
 type Derivatives = [f64; 3];
 
-/// The motion at `time` (s) between two waypoints, of which the second one is later; torques are
-/// linear.
+/// The motion at `time` (s) between two waypoints, of which the second one is later. The torque is
+/// not evaluated.
 pub(crate) fn between(from: &Waypoint, to: &Waypoint, time: f64) -> Waypoint {
     let elapsed = time - from.time;
     let mut waypoint = Waypoint { time, ..*from };
@@ -45,13 +45,6 @@ pub(crate) fn between(from: &Waypoint, to: &Waypoint, time: f64) -> Waypoint {
         waypoint.root_acceleration[axis] = acceleration;
     }
     turn_root(&mut waypoint, [from, to], elapsed);
-    let share = elapsed / (to.time - from.time);
-    let mix = |of: fn(&Waypoint) -> &[f64; JOINTS_MAX]| {
-        std::array::from_fn(|joint| of(from)[joint] + share * (of(to)[joint] - of(from)[joint]))
-    };
-    waypoint.torque = mix(|waypoint| &waypoint.torque);
-    waypoint.rest_torque = mix(|waypoint| &waypoint.rest_torque);
-    waypoint.rate_change_torque = mix(|waypoint| &waypoint.rate_change_torque);
     waypoint
 }
 
