@@ -32,7 +32,11 @@ pub struct LoadSchedule {
 /// Part of a double support over which the load moves away from the schedule's ends.
 const HANDOVER: f64 = 0.3;
 /// Shares at which the torques of the legs are tried to either side, at most.
-const SHARE_STEPS: u32 = 24;
+const SHARE_STEPS: i32 = 25;
+/// The ratio of the distance of such a share from the wanted one to that of the next nearer one.
+/// The last one is the whole range away, the first one by less than a 500th of it: a foot that has
+/// just landed on a narrow support bears a share only between narrow limits.
+const SHARE_RATIO: f64 = 1.3;
 /// Halvings of the step between a share that is borne and one that is not.
 const SHARE_HALVINGS: usize = 30;
 /// How often the feet exchange moments, at most.
@@ -43,6 +47,8 @@ const SIDE_ROUNDS: usize = 3;
 const BEYOND_UNIT: f64 = 0.01;
 /// Such a distance (m) that does not count.
 const BEYOND_MIN: f64 = 1e-4;
+/// A force across a sole (N) that counts as none.
+const NO_LOAD: f64 = 1e-9;
 
 impl LoadSchedule {
     /// How a double support takes over the load: none on a foot that has just landed or will lift
@@ -86,49 +92,103 @@ pub fn share_load(
     let wanted = schedule.share(progress, shared.balanced);
     let wanted = if low <= high { wanted.clamp(low, high) } else { wanted };
     let wrenches = if low <= high && are_parallel(feet) {
-        let excess_at = |share: f64| excess(&shared.split(share));
+        let excess_at = |share: f64| Excess::of_legs(excess(&shared.split(share)));
         shared.split(nearest_borne(wanted, shared.range, excess_at))
     } else {
         let excess_at = |share: f64| {
             let (wrenches, beyond) = shared.split_within(feet, share);
-            excess(&wrenches).max(friction_excess(feet, &wrenches)) + beyond / BEYOND_UNIT
+            let of_legs = excess(&wrenches).max(friction_excess(feet, &wrenches));
+            Excess::of_legs(of_legs).with(&beyond)
         };
         shared.split_within(feet, nearest_borne(wanted, (0.0, 1.0), excess_at)).0
     };
     wrenches.into_iter().collect()
 }
 
-/// The share nearest to `wanted` within a range whose excess is at most 1; the one with the least
-/// excess where there is none.
-fn nearest_borne(wanted: f64, (low, high): (f64, f64), excess: impl Fn(f64) -> f64) -> f64 {
-    let mut least = (excess(wanted), wanted);
-    if least.0 <= 1.0 {
+/// How far a share of the load is beyond what the feet bear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Excess {
+    /// At most 1 where it is borne.
+    largest: f64,
+    /// The same with the centre of pressure of a foot counted by its part of the load: what is
+    /// least where no share is borne. A foot without load has no centre of pressure.
+    by_load: f64,
+}
+
+impl Excess {
+    /// Of the largest ratio of a leg's torque, or of a sole's friction, to its limit.
+    fn of_legs(ratio: f64) -> Self {
+        Self { largest: ratio, by_load: ratio }
+    }
+
+    fn with(self, beyond: &Beyond) -> Self {
+        Self {
+            largest: self.largest + beyond.largest / BEYOND_UNIT,
+            by_load: self.by_load + beyond.by_load / BEYOND_UNIT,
+        }
+    }
+}
+
+/// The share nearest to `wanted` within a range that is borne; the one with the least excess where
+/// there is none.
+fn nearest_borne(wanted: f64, (low, high): (f64, f64), excess: impl Fn(f64) -> Excess) -> f64 {
+    let at_once = excess(wanted);
+    if at_once.largest <= 1.0 {
         return wanted;
     }
-    let step = (high - low) / f64::from(SHARE_STEPS);
-    for distance in (1..=SHARE_STEPS).map(|count| f64::from(count) * step) {
+    let mut least = (at_once.by_load, wanted);
+    let mut nearer = 0.0;
+    for step in (0..SHARE_STEPS).rev() {
+        let distance = (high - low) / libm::pow(SHARE_RATIO, f64::from(step));
         for side in [-1.0, 1.0] {
             let share = wanted + side * distance;
             if !(low..=high).contains(&share) {
                 continue;
             }
             let found = excess(share);
-            if found <= 1.0 {
-                return borne_between(share - side * step, share, excess);
+            if found.largest <= 1.0 {
+                return borne_between(wanted + side * nearer, share, excess);
             }
-            least = if found < least.0 { (found, share) } else { least };
+            least = if found.by_load < least.0 { (found.by_load, share) } else { least };
         }
+        nearer = distance;
     }
     least.1
 }
 
-/// The share next to `beyond`, whose excess is above 1, that is borne as `borne` is.
-fn borne_between(mut beyond: f64, mut borne: f64, excess: impl Fn(f64) -> f64) -> f64 {
+/// The share next to `beyond`, which is not borne, that is borne as `borne` is.
+fn borne_between(mut beyond: f64, mut borne: f64, excess: impl Fn(f64) -> Excess) -> f64 {
     for _ in 0..SHARE_HALVINGS {
         let middle = 0.5 * (beyond + borne);
-        if excess(middle) <= 1.0 { borne = middle } else { beyond = middle }
+        if excess(middle).largest <= 1.0 { borne = middle } else { beyond = middle }
     }
     borne
+}
+
+/// How far centres of pressure are beyond their soles, m.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Beyond {
+    /// The farthest one.
+    largest: f64,
+    /// The largest product of such a distance and the foot's part of the load.
+    by_load: f64,
+}
+
+impl Beyond {
+    fn of(feet: [&FootSupport; 2], wrenches: &[FootWrench; 2]) -> Self {
+        let press = [0, 1].map(|at| feet[at].axes.z_axis.dot(wrenches[at].0).max(NO_LOAD));
+        let mut found = Self::default();
+        for at in 0..2 {
+            let offset = pressure_offset(feet[at], wrenches[at].0, wrenches[at].1);
+            let distance = offset.distance(nearest_within(feet[at], offset));
+            if distance > BEYOND_MIN {
+                found.largest = found.largest.max(distance);
+                let part = press[at] / (press[0] + press[1]);
+                found.by_load = found.by_load.max(distance * part);
+            }
+        }
+        found
+    }
 }
 
 /// A load that two feet share.
@@ -163,8 +223,8 @@ impl SharedLoad {
     }
 
     /// The wrenches of both feet at a share of the second one, after they have exchanged forces and
-    /// each centre of pressure is moved into its sole; and how far (m) one is beyond it even so.
-    fn split_within(&self, feet: [&FootSupport; 2], share: f64) -> ([FootWrench; 2], f64) {
+    /// each centre of pressure is moved into its sole; and how far one is beyond it even so.
+    fn split_within(&self, feet: [&FootSupport; 2], share: f64) -> ([FootWrench; 2], Beyond) {
         let mut wrenches = exchange_forces(feet, self.split(share));
         for round in 0..EXCHANGES {
             let at = round % 2;
@@ -176,12 +236,7 @@ impl SharedLoad {
             wrenches[at].1 += given;
             wrenches[1 - at].1 -= given;
         }
-        let beyond = |(foot, (force, moment)): (&FootSupport, FootWrench)| {
-            let offset = pressure_offset(foot, force, moment);
-            offset.distance(nearest_within(foot, offset))
-        };
-        let most = feet.into_iter().zip(wrenches).map(beyond).fold(0.0, f64::max);
-        (wrenches, if most > BEYOND_MIN { most } else { 0.0 })
+        (wrenches, Beyond::of(feet, &wrenches))
     }
 }
 
@@ -227,7 +282,7 @@ const SHARE_ROUNDING: f64 = 1e-6;
 fn pressure_offset(foot: &FootSupport, force: DVec3, moment: DVec3) -> DVec2 {
     let axes = foot.axes.transpose();
     let (force, moment) = (axes * force, axes * moment);
-    DVec2::new(-moment.y, moment.x) / force.z.max(1e-9)
+    DVec2::new(-moment.y, moment.x) / force.z.max(NO_LOAD)
 }
 
 /// The share for which the offset is least, 0 to 1.
@@ -259,21 +314,9 @@ fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64,
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_nearest_share_that_the_legs_bear_is_taken() {
-        // The first leg bears at most 0.6 of the load, the second one at most 0.7.
-        let excess = |share: f64| ((1.0 - share) / 0.6).max(share / 0.7);
-        let range = (0.1, 0.9);
-        assert_eq!(nearest_borne(0.5, range, excess), 0.5);
-        assert!((nearest_borne(0.1, range, excess) - 0.4).abs() < 1e-8);
-        assert!((nearest_borne(0.9, range, excess) - 0.7).abs() < 1e-8);
-        let too_weak = |share: f64| 1.0 + (share - 0.3).abs();
-        assert!((nearest_borne(0.8, range, too_weak) - 0.3).abs() < 0.04);
-    }
-
-    #[test]
-    fn feet_of_which_one_is_narrow_exchange_moments() {
-        let foot = |limb: usize, y: f64, half: f64| FootSupport {
+    /// A level foot that is supported over this half of its width.
+    fn foot(limb: usize, y: f64, half: f64) -> FootSupport {
+        FootSupport {
             limb,
             center: DVec3::new(0.0, y, 0.0),
             polygon: [(-0.1, -half), (0.1, -half), (0.1, half), (-0.1, half)]
@@ -283,14 +326,52 @@ mod tests {
             width: 0.1,
             axes: glam::DMat3::IDENTITY,
             friction: 0.6,
-        };
+        }
+    }
+
+    #[test]
+    fn the_nearest_share_that_the_legs_bear_is_taken() {
+        // The first leg bears at most 0.6 of the load, the second one at most 0.7.
+        let excess = |share: f64| Excess::of_legs(((1.0 - share) / 0.6).max(share / 0.7));
+        let range = (0.1, 0.9);
+        assert_eq!(nearest_borne(0.5, range, excess), 0.5);
+        assert!((nearest_borne(0.1, range, excess) - 0.4).abs() < 1e-8);
+        assert!((nearest_borne(0.9, range, excess) - 0.7).abs() < 1e-8);
+        let too_weak = |share: f64| Excess::of_legs(1.0 + (share - 0.3).abs());
+        assert!((nearest_borne(0.8, range, too_weak) - 0.3).abs() < 0.06);
+    }
+
+    #[test]
+    fn a_share_that_is_borne_between_narrow_limits_is_found() {
+        let narrow =
+            |share: f64| Excess::of_legs(if (share - 0.02).abs() < 3e-3 { 0.5 } else { 9.0 });
+        let found = nearest_borne(0.0, (0.0, 1.0), narrow);
+        assert!((found - 0.017).abs() < 1e-8, "{found}");
+    }
+
+    #[test]
+    fn where_no_share_is_borne_a_foot_without_load_stays_without() {
+        // Both supports are narrow, and the pressure is 3 mm beyond the one of the first foot,
+        // towards neither. No share has both centres of pressure inside.
+        let [first, second] = [foot(0, 0.1, 0.01), foot(1, -0.1, 0.002)];
+        let force = DVec3::new(0.0, 0.0, 600.0);
+        let moment = DVec3::new(0.113 * 600.0, 0.0, 0.0);
+        let support = Support { feet: [first, second].into_iter().collect() };
+        let schedule = LoadSchedule { start: Some(0.0), end: None };
+        let shared = share_load(&support, (force, moment), (&schedule, 0.0), |_| 0.5);
+        assert!(shared[1].0.z < 0.03 * 600.0, "{shared:?}");
+        assert!(shared[1].1.length() < 3.1e-3 * 600.0, "{shared:?}");
+    }
+
+    #[test]
+    fn feet_of_which_one_is_narrow_exchange_moments() {
         let (wide, narrow) = (foot(0, 0.1, 0.04), foot(1, -0.1, 0.002));
         // The pressure is at y = 0.12: 2 cm beyond the middle of the wide sole.
         let force = DVec3::new(0.0, 0.0, 600.0);
         let moment = DVec3::new(0.12 * 600.0, 0.0, 0.0);
         let shared = SharedLoad::new([&wide, &narrow], (force, moment));
         let (wrenches, beyond) = shared.split_within([&wide, &narrow], 0.08);
-        assert_eq!(beyond, 0.0);
+        assert_eq!(beyond, Beyond::default());
         let about =
             |(foot, (force, moment)): (&FootSupport, FootWrench)| moment + foot.center.cross(force);
         let sum: DVec3 = [&wide, &narrow].into_iter().zip(wrenches).map(about).sum();
