@@ -110,8 +110,8 @@ pub fn share_load(
 struct Excess {
     /// At most 1 where it is borne.
     largest: f64,
-    /// The same with the centre of pressure of a foot counted by its part of the load: what is
-    /// least where no share is borne. A foot without load has no centre of pressure.
+    /// The same with the centre of pressure of a foot counted by its part of the load. Where no
+    /// share is borne, the one with the least is taken: a foot without load has no centre.
     by_load: f64,
 }
 
