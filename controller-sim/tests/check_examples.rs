@@ -62,10 +62,10 @@ fn a_walk_of_talos_is_valid() {
     assert_valid("talos_flat.json");
 }
 
-/// The example's speed and angular momentum jump by more than the contacts can hold within 0.2 s.
+/// The example's speed jumps by more than the contacts can hold within 0.2 s.
 #[test]
-fn a_walk_of_g1_over_terrain_is_valid_at_a_third_of_its_speed_and_only_too_fast_at_its_own() {
-    let slower = |plan: &mut PlanFile| plan.waypoints.iter_mut().for_each(|at| at.t *= 3.0);
+fn a_walk_of_g1_over_terrain_is_valid_at_half_its_speed_and_only_too_fast_at_its_own() {
+    let slower = |plan: &mut PlanFile| plan.waypoints.iter_mut().for_each(|at| at.t *= 2.0);
     if let Some(report) = check_changed("g1_terrain.json", slower) {
         assert!(report.is_valid(), "{report:#?}");
     }

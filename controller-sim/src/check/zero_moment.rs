@@ -30,6 +30,11 @@ const WINDOW: f64 = 0.2;
 /// within a window, by the weight, m.
 const TWIST_ROUNDING: f64 = 5e-4;
 
+/// How far inside the region the zero-moment point stays on straight lines when the change of the
+/// angular momentum counts, m. How a robot smooths a jump of it is less known than for the centre
+/// of mass: G1 over terrain at half of the plan's speed has 3.7 mm, and stands in a replay.
+const TURNING_MARGIN_MIN: f64 = 0.0;
+
 /// The smallest distance of the zero-moment point to the edge of the equilibrium region and of the
 /// contacts' hull, m.
 ///
@@ -41,13 +46,14 @@ pub fn check_zero_moment(
     equilibrium: &mut Equilibrium,
     case: &Case,
 ) -> Result<f64, Violation> {
+    let friction_centre = friction_centre(&case.supports);
     let support = Support {
         region: equilibrium.region(&case.supports, ALL_FRICTION),
         height: ground_height(&case.supports),
         margin_min: config.com_margin,
         force_angle_max: force_angle_max(equilibrium, &case.supports),
-        friction_centre: friction_centre(&case.supports),
-        twist_max: twist_max(equilibrium, &case.supports),
+        friction_centre,
+        twist_max: twist_max(equilibrium, &case.supports, friction_centre),
     };
     if !case.is_smooth() {
         return check_straight(&support, &CentreTrack::new(model, case));
@@ -58,7 +64,7 @@ pub fn check_zero_moment(
         let posture = Posture::new(model, &configuration);
         let wrench = InverseDynamics::new(model, &posture, instant).contacts;
         let point = wrench.zero_moment_point(support.height);
-        worst = worst.min(support.check(point.truncate(), *index)?);
+        worst = worst.min(support.check(point.truncate(), support.margin_min, *index)?);
     }
     Ok(worst)
 }
@@ -102,22 +108,18 @@ impl Support {
         let press = if press > 0.0 { press } else { f64::NAN };
         let lever = (centre.z - self.height) / press;
         let turning = DVec2::new(-spin.y, spin.x) / press;
-        let point = centre.truncate() - lever * acceleration.truncate() + turning;
-        let margin = self.check(point, waypoint)?;
+        let point = centre.truncate() - lever * acceleration.truncate();
+        let margin = self.check(point, self.margin_min, waypoint)?;
+        let turned = self.check(point + turning, TURNING_MARGIN_MIN, waypoint)?;
         self.check_force(acceleration, waypoint)?;
-        self.check_twist(&[centre, acceleration, spin], press, waypoint)?;
-        Ok(margin)
+        self.check_twist(change, press, waypoint)?;
+        Ok(margin.min(turned))
     }
 
     /// Whether friction can turn the robot about the vertical so, beside the horizontal force.
-    fn check_twist(
-        &self,
-        [centre, acceleration, spin]: &[DVec3; 3],
-        press: f64,
-        waypoint: usize,
-    ) -> Result<(), Violation> {
-        let arm = self.friction_centre - centre.truncate();
-        let twist = (spin.z - arm.perp_dot(acceleration.truncate())).abs() / press;
+    fn check_twist(&self, change: &Change, press: f64, waypoint: usize) -> Result<(), Violation> {
+        let arm = self.friction_centre - change.centre.truncate();
+        let twist = (change.spin.z - arm.perp_dot(change.acceleration.truncate())).abs() / press;
         if is_at_most(twist, self.twist_max + TWIST_ROUNDING) {
             return Ok(());
         }
@@ -130,16 +132,17 @@ impl Support {
         Err(Violation::new(Check::ZeroMoment, waypoint, detail))
     }
 
-    fn check(&self, point: DVec2, waypoint: usize) -> Result<f64, Violation> {
+    /// The distance of a zero-moment point to the edge of the region, at least `needed` (m).
+    fn check(&self, point: DVec2, needed: f64, waypoint: usize) -> Result<f64, Violation> {
         let margin = self.region.margin(point.extend(self.height));
-        if point.is_finite() && is_at_most(self.margin_min, margin) {
+        if point.is_finite() && is_at_most(needed, margin) {
             return Ok(margin);
         }
         let detail = format!(
             "the zero-moment point is {:.2} mm inside the region that the contacts can hold, at \
              least {:.2} mm are needed: the motion is too fast",
             1e3 * margin,
-            1e3 * self.margin_min
+            1e3 * needed
         );
         Err(Violation::new(Check::ZeroMoment, waypoint, detail))
     }
@@ -160,11 +163,10 @@ fn friction_centre(supports: &[SoleSupport]) -> DVec2 {
     sum / points().count().max(1) as f64
 }
 
-/// The largest moment about the vertical through the mean of the contact points, by the force that
-/// presses down, m: all of it at the farthest point, with a force across as large as friction and
-/// the tilt of the ground let it be. No contact forces exert more.
-fn twist_max(equilibrium: &Equilibrium, supports: &[SoleSupport]) -> f64 {
-    let centre = friction_centre(supports);
+/// The largest moment about the vertical through `centre`, by the force that presses down, m: all
+/// of it at the farthest contact point, with a force across as large as friction and the tilt of
+/// the ground let it be. No contact forces exert more.
+fn twist_max(equilibrium: &Equilibrium, supports: &[SoleSupport], centre: DVec2) -> f64 {
     let points = supports.iter().flat_map(|support| &support.points);
     let reach = largest(points.map(|point| point.position.truncate().distance(centre)));
     reach * libm::tan(force_angle_max(equilibrium, supports).min(1.5))
@@ -401,7 +403,8 @@ mod tests {
     #[test]
     fn the_largest_twist_is_that_of_friction_at_the_farthest_point() {
         let equilibrium = Equilibrium::new(0.5);
-        let twist = twist_max(&equilibrium, &[sole(&SQUARE, 0.0)]);
+        let supports = [sole(&SQUARE, 0.0)];
+        let twist = twist_max(&equilibrium, &supports, friction_centre(&supports));
         assert!((twist - 0.5 * std::f64::consts::SQRT_2).abs() < 1e-9, "{twist}");
     }
 }

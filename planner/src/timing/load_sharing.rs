@@ -31,12 +31,14 @@ pub struct LoadSchedule {
 
 /// Part of a double support over which the load moves away from the schedule's ends.
 const HANDOVER: f64 = 0.3;
-/// Shares at which the torques of the legs are tried to either side, at most.
-const SHARE_STEPS: i32 = 25;
-/// The ratio of the distance of such a share from the wanted one to that of the next nearer one.
-/// The last one is the whole range away, the first one by less than a 500th of it: a foot that has
-/// just landed on a narrow support bears a share only between narrow limits.
-const SHARE_RATIO: f64 = 1.3;
+/// Parts of the range of shares: from the fourth one on, shares so many parts from the wanted one
+/// are tried to either side.
+const SHARE_STEPS: u32 = 24;
+const FIRST_STEP: u32 = 4;
+/// Nearer ones are tried at the range over these powers of the ratio, from a 500th of it on: a foot
+/// that has just landed on a narrow support bears a share only between narrow limits.
+const NEAR_RATIO: f64 = 1.3;
+const NEAR_POWERS: std::ops::RangeInclusive<i32> = 8..=24;
 /// Halvings of the step between a share that is borne and one that is not.
 const SHARE_HALVINGS: usize = 30;
 /// How often the feet exchange moments, at most.
@@ -96,11 +98,11 @@ pub fn share_load(
         shared.split(nearest_borne(wanted, shared.range, excess_at))
     } else {
         let excess_at = |share: f64| {
-            let (wrenches, beyond) = shared.split_within(feet, share);
+            let wrenches = shared.split_within(feet, share);
             let of_legs = excess(&wrenches).max(friction_excess(feet, &wrenches));
-            Excess::of_legs(of_legs).with(&beyond)
+            Excess::of_legs(of_legs).and_beyond(feet, &wrenches)
         };
-        shared.split_within(feet, nearest_borne(wanted, (0.0, 1.0), excess_at)).0
+        shared.split_within(feet, nearest_borne(wanted, (0.0, 1.0), excess_at))
     };
     wrenches.into_iter().collect()
 }
@@ -121,10 +123,22 @@ impl Excess {
         Self { largest: ratio, by_load: ratio }
     }
 
-    fn with(self, beyond: &Beyond) -> Self {
+    /// The same and that of the centres of pressure beyond their soles: the farthest one, and the
+    /// one whose distance times the foot's part of the load is largest.
+    fn and_beyond(self, feet: [&FootSupport; 2], wrenches: &[FootWrench; 2]) -> Self {
+        let press = [0, 1].map(|at| feet[at].axes.z_axis.dot(wrenches[at].0).max(NO_LOAD));
+        let (mut farthest, mut by_load) = (0.0_f64, 0.0_f64);
+        for at in 0..2 {
+            let offset = pressure_offset(feet[at], wrenches[at].0, wrenches[at].1);
+            let distance = offset.distance(nearest_within(feet[at], offset));
+            if distance > BEYOND_MIN {
+                farthest = farthest.max(distance);
+                by_load = by_load.max(distance * (press[at] / (press[0] + press[1])));
+            }
+        }
         Self {
-            largest: self.largest + beyond.largest / BEYOND_UNIT,
-            by_load: self.by_load + beyond.by_load / BEYOND_UNIT,
+            largest: self.largest + farthest / BEYOND_UNIT,
+            by_load: self.by_load + by_load / BEYOND_UNIT,
         }
     }
 }
@@ -138,8 +152,11 @@ fn nearest_borne(wanted: f64, (low, high): (f64, f64), excess: impl Fn(f64) -> E
     }
     let mut least = (at_once.by_load, wanted);
     let mut nearer = 0.0;
-    for step in (0..SHARE_STEPS).rev() {
-        let distance = (high - low) / libm::pow(SHARE_RATIO, f64::from(step));
+    let range = high - low;
+    let near = NEAR_POWERS.rev().map(|power| range / libm::pow(NEAR_RATIO, f64::from(power)));
+    let step = range / f64::from(SHARE_STEPS);
+    let far = (FIRST_STEP..=SHARE_STEPS).map(|count| f64::from(count) * step);
+    for distance in near.chain(far) {
         for side in [-1.0, 1.0] {
             let share = wanted + side * distance;
             if !(low..=high).contains(&share) {
@@ -163,32 +180,6 @@ fn borne_between(mut beyond: f64, mut borne: f64, excess: impl Fn(f64) -> Excess
         if excess(middle).largest <= 1.0 { borne = middle } else { beyond = middle }
     }
     borne
-}
-
-/// How far centres of pressure are beyond their soles, m.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Beyond {
-    /// The farthest one.
-    largest: f64,
-    /// The largest product of such a distance and the foot's part of the load.
-    by_load: f64,
-}
-
-impl Beyond {
-    fn of(feet: [&FootSupport; 2], wrenches: &[FootWrench; 2]) -> Self {
-        let press = [0, 1].map(|at| feet[at].axes.z_axis.dot(wrenches[at].0).max(NO_LOAD));
-        let mut found = Self::default();
-        for at in 0..2 {
-            let offset = pressure_offset(feet[at], wrenches[at].0, wrenches[at].1);
-            let distance = offset.distance(nearest_within(feet[at], offset));
-            if distance > BEYOND_MIN {
-                found.largest = found.largest.max(distance);
-                let part = press[at] / (press[0] + press[1]);
-                found.by_load = found.by_load.max(distance * part);
-            }
-        }
-        found
-    }
 }
 
 /// A load that two feet share.
@@ -223,8 +214,8 @@ impl SharedLoad {
     }
 
     /// The wrenches of both feet at a share of the second one, after they have exchanged forces and
-    /// each centre of pressure is moved into its sole; and how far one is beyond it even so.
-    fn split_within(&self, feet: [&FootSupport; 2], share: f64) -> ([FootWrench; 2], Beyond) {
+    /// each centre of pressure is moved into its sole, as far as the other one allows.
+    fn split_within(&self, feet: [&FootSupport; 2], share: f64) -> [FootWrench; 2] {
         let mut wrenches = exchange_forces(feet, self.split(share));
         for round in 0..EXCHANGES {
             let at = round % 2;
@@ -236,7 +227,7 @@ impl SharedLoad {
             wrenches[at].1 += given;
             wrenches[1 - at].1 -= given;
         }
-        (wrenches, Beyond::of(feet, &wrenches))
+        wrenches
     }
 }
 
@@ -338,7 +329,7 @@ mod tests {
         assert!((nearest_borne(0.1, range, excess) - 0.4).abs() < 1e-8);
         assert!((nearest_borne(0.9, range, excess) - 0.7).abs() < 1e-8);
         let too_weak = |share: f64| Excess::of_legs(1.0 + (share - 0.3).abs());
-        assert!((nearest_borne(0.8, range, too_weak) - 0.3).abs() < 0.06);
+        assert!((nearest_borne(0.8, range, too_weak) - 0.3).abs() < 0.04);
     }
 
     #[test]
@@ -370,8 +361,9 @@ mod tests {
         let force = DVec3::new(0.0, 0.0, 600.0);
         let moment = DVec3::new(0.12 * 600.0, 0.0, 0.0);
         let shared = SharedLoad::new([&wide, &narrow], (force, moment));
-        let (wrenches, beyond) = shared.split_within([&wide, &narrow], 0.08);
-        assert_eq!(beyond, Beyond::default());
+        let wrenches = shared.split_within([&wide, &narrow], 0.08);
+        let within = Excess::of_legs(0.0);
+        assert_eq!(within.and_beyond([&wide, &narrow], &wrenches), within);
         let about =
             |(foot, (force, moment)): (&FootSupport, FootWrench)| moment + foot.center.cross(force);
         let sum: DVec3 = [&wide, &narrow].into_iter().zip(wrenches).map(about).sum();
