@@ -95,7 +95,7 @@ impl<'a> DepthSurvey<'a> {
         if between.is_empty() {
             return None;
         }
-        let standing_depth = self.depth(&self.standing, bodies, 0.0);
+        let standing_depth = overlap_depth(self.bodies, &self.standing, bodies, 0.0);
         let pair = |depth_max, walked| SelfPair { bodies, standing_depth, depth_max, walked };
         if standing_depth == 0.0 {
             return Some(pair(0.0, vec![]));
@@ -108,18 +108,8 @@ impl<'a> DepthSurvey<'a> {
         let walked: Vec<JointRange> = moving.into_iter().map(|joint| self.walked(joint)).collect();
         let known = standing_depth.max(self.granted((a, b)));
         let depth_max = postures(&self.model, &walked)
-            .fold(known, |known, posture| self.depth(&posture, bodies, known));
+            .fold(known, |known, posture| overlap_depth(self.bodies, &posture, bodies, known));
         Some(pair(depth_max + DEPTH_ROUNDING, walked))
-    }
-
-    /// How deep two bodies overlap, m; `known` where they overlap less.
-    fn depth(&self, posture: &Posture, (first, second): (usize, usize), known: f64) -> f64 {
-        let [a, b] = [first, second].map(|index| {
-            let body = &self.bodies[index];
-            let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
-            (&body.solid, SolidPose::new(body, &pose))
-        });
-        body_depth((a.0, &a.1), (b.0, &b.1), known)
     }
 
     /// A joint's range in walks.
@@ -136,6 +126,24 @@ impl<'a> DepthSurvey<'a> {
         let names = [&self.model.links[a].name, &self.model.links[b].name];
         self.model.allowed_overlap(names.map(String::as_str)).unwrap_or(0.0)
     }
+}
+
+/// How deep two bodies of the robot overlap in a posture, m; `known` where they overlap less.
+pub(super) fn overlap_depth(
+    bodies: &[CollisionBody],
+    posture: &Posture,
+    (a, b): (usize, usize),
+    known: f64,
+) -> f64 {
+    let [a, b] = [a, b].map(|index| &bodies[index]);
+    let [at_a, at_b] = [a, b].map(|body| placed(body, posture));
+    body_depth((&a.solid, &at_a), (&b.solid, &at_b), known)
+}
+
+/// A body of the robot in a posture.
+pub(super) fn placed(body: &CollisionBody, posture: &Posture) -> SolidPose {
+    let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
+    SolidPose::new(body, &pose)
 }
 
 /// The postures in which these joints have equally spaced positions, each with each, and all others

@@ -70,8 +70,8 @@ pub struct Checker {
     /// Whether accelerations of a smooth motion stay within the default limit where the robot file
     /// states none.
     keeps_default_accelerations: bool,
-    /// Whether the robot may brake and go on within the motion, whose feed-forward torques then
-    /// explain the contact forces of two feet less well.
+    /// Whether the robot may brake and go on within the motion: then its feed-forward torques are
+    /// compared with the limits only.
     has_stops_in_motion: bool,
 }
 

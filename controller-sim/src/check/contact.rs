@@ -4,7 +4,7 @@ use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::base::comparison::{is_at_most, smallest};
+use crate::base::comparison::{is_at_most, largest, smallest};
 use crate::check::segment::{Case, Violation};
 use crate::check::stance_foot::StanceFoot;
 use crate::check::tuning::LANDING_HEIGHT_MAX;
@@ -78,8 +78,9 @@ fn check_landing(foot: &str, support: &SoleSupport) -> Result<(), Violation> {
 /// by the difference of their heights over it.
 fn check_level(supports: &[SoleSupport]) -> Result<(), Violation> {
     let depths = || supports.iter().map(|support| support.deepest);
-    let apart = depths().fold(f64::NEG_INFINITY, f64::max) - smallest(depths());
-    if supports.is_empty() || is_at_most(apart, LANDING_HEIGHT_MAX) {
+    let least = smallest(depths());
+    let apart = largest(depths().map(|depth| depth - least));
+    if is_at_most(apart, LANDING_HEIGHT_MAX) {
         return Ok(());
     }
     let (apart, limit) = (1e3 * apart, 1e3 * LANDING_HEIGHT_MAX);

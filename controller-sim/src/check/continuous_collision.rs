@@ -10,18 +10,17 @@
 //! instant: a pair is measured only where this bound is not enough.
 
 use glam::DVec3;
-use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, is_below};
-use crate::check::allowed_pairs::{JointRange, SelfPair, advice};
+use crate::check::allowed_pairs::{JointRange, SelfPair, advice, overlap_depth, placed};
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
 use crate::check::tuning::{LOOK_AHEAD, MARGIN_SHARE, RESOLUTION};
 use crate::geometry::body::{CollisionBody, SolidPose};
-use crate::geometry::penetration::{body_depth, body_separation, solid_separation};
+use crate::geometry::penetration::{body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
 
 /// The second body of a pair.
@@ -87,12 +86,7 @@ impl BodyPair {
     /// Two bodies of the robot that are clear in this posture must stay apart.
     pub fn excuse_unless_clear(&mut self, robot: &[CollisionBody], posture: &Posture) {
         let OtherBody::Robot(other) = self.other_body else { return };
-        let [a, b] = [self.body, other].map(|index| {
-            let body = &robot[index];
-            let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
-            (&body.solid, SolidPose::new(body, &pose))
-        });
-        if !self.measured && body_depth((a.0, &a.1), (b.0, &b.1), 0.0) == 0.0 {
+        if !self.measured && overlap_depth(robot, posture, (self.body, other), 0.0) == 0.0 {
             self.allowed_depth = 0.0;
             self.walked.clear();
         }
@@ -342,8 +336,7 @@ impl ContinuousCollision<'_> {
     /// A body of the robot and its pose.
     fn placed(&self, posture: &Posture, body: usize) -> (&CollisionBody, SolidPose) {
         let body = &self.robot[body];
-        let pose = body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]);
-        (body, SolidPose::new(body, &pose))
+        (body, placed(body, posture))
     }
 
     /// Lowers the smallest distance to that of a pair, if its distance counts.
@@ -374,10 +367,10 @@ pub fn overlap_violation(
 
 #[cfg(test)]
 mod tests {
-    use surefoot_shared_types::Shape;
     use surefoot_shared_types::message::Waypoint;
     use surefoot_shared_types::robot::model::RobotModel;
     use surefoot_shared_types::world::world::World;
+    use surefoot_shared_types::{Pose, Shape};
 
     use super::*;
     use crate::check::allowed_pairs::self_pairs;

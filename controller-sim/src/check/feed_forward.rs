@@ -35,24 +35,24 @@ pub fn check_feed_forward(
         let detail = "straight lines with feed-forward torques: their accelerations are not known";
         return Err(Violation::new(Check::DynamicTorque, 0, detail));
     }
-    let (knots, _) = case.instants.split_at(case.received.len());
-    let stance = case.stance();
-    let is_on_one_foot = stance.len() == 1;
-    let check = |index: usize, instant: &Waypoint, torques: &[f64; JOINTS_MAX], off_max: f64| {
-        check_torques((model, &stance), instant, torques, off_max)
-            .map_err(|detail| Violation::new(Check::DynamicTorque, index, detail))
-    };
+    let knots = &case.instants[..case.received.len()];
     let is_received = |at: &usize| *at == 0 || knots[*at - 1].0 != knots[*at].0;
     for at in (0..knots.len()).filter(is_received) {
         let (index, instant) = &knots[at];
         let is_end = at == 0 || at + 1 == knots.len();
-        let is_shared = !is_on_one_foot || is_end || is_executed;
-        let off_max = if is_shared { f64::INFINITY } else { FEED_FORWARD_OFF_MAX };
+        let sole_foot = match *case.contacts {
+            [contact] if !is_end && !is_executed => Some(contact.limb as usize),
+            _ => None,
+        };
+        let check = |instant: &Waypoint, torques| {
+            check_torques((model, sole_foot), instant, torques)
+                .map_err(|detail| Violation::new(Check::DynamicTorque, *index, detail))
+        };
         if stated.moving {
-            check(*index, instant, &instant.torque, off_max)?;
+            check(instant, &instant.torque)?;
         }
         if stated.resting {
-            check(*index, &instant.rested(), &instant.rest_torque, off_max)?;
+            check(&instant.rested(), &instant.rest_torque)?;
         }
     }
     Ok(())
@@ -74,13 +74,12 @@ impl Stated {
     }
 }
 
-/// Whether these torques (N m or N) are within the limits, and on one foot each off by at most
-/// `off_max` of its limit from the one that moves the robot as an instant says.
+/// Whether these torques (N m or N) are within the limits, and, if the robot stands on one foot
+/// alone, those that move it as an instant says.
 fn check_torques(
-    (model, stance): (&RobotModel, &[usize]),
+    (model, sole_foot): (&RobotModel, Option<usize>),
     instant: &Waypoint,
     torques: &[f64; JOINTS_MAX],
-    off_max: f64,
 ) -> Result<(), String> {
     for (joint, torque) in model.joints.iter().zip(torques) {
         let (name, effort) = (&joint.name, joint.effort);
@@ -90,17 +89,16 @@ fn check_torques(
             ));
         }
     }
-    let [limb] = *stance else { return Ok(()) };
+    let Some(limb) = sole_foot else { return Ok(()) };
     let posture = Posture::new(model, &Configuration::of_waypoint(instant, model.joints.len()));
-    let missing = InverseDynamics::new(model, &posture, instant)
-        .less(torques)
-        .torques_on(model, &posture, limb);
-    let shares = missing.iter().zip(&model.joints).map(|(off, joint)| off.abs() / joint.effort);
-    let off = largest(shares);
-    if is_at_most(off, off_max) {
+    let needed = InverseDynamics::new(model, &posture, instant).torques_on(model, &posture, limb);
+    let shares = model.joints.iter().zip(torques).zip(&needed);
+    let off =
+        largest(shares.map(|((joint, torque), needed)| (needed - torque).abs() / joint.effort));
+    if is_at_most(off, FEED_FORWARD_OFF_MAX) {
         return Ok(());
     }
-    let (off, most) = (1e2 * off, 1e2 * off_max);
+    let (off, most) = (1e2 * off, 1e2 * FEED_FORWARD_OFF_MAX);
     Err(format!(
         "no contact forces explain the feed-forward torques: a joint is {off:.1} % of its limit \
          off, at most {most:.0} % are possible"

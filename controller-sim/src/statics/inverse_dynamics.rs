@@ -29,6 +29,15 @@ impl Wrench {
         let press = if self.force.z > 0.0 { self.force.z } else { f64::NAN };
         DVec3::new(-torque.y / press, torque.x / press, height)
     }
+
+    /// What it exerts on a joint, N m or N.
+    fn on_joint(&self, model: &RobotModel, posture: &Posture, joint: usize) -> f64 {
+        let (axis, origin) = posture.joint_axis(model, joint);
+        match model.joints[joint].kind {
+            JointKind::Revolute => axis.dot(self.torque - origin.cross(self.force)),
+            JointKind::Prismatic => axis.dot(self.force),
+        }
+    }
 }
 
 /// How a link moves, in the world frame.
@@ -66,33 +75,16 @@ impl InverseDynamics {
                 wrenches[attachment.parent].torque += torque;
             }
         }
-        let free = (0..model.joints.len()).map(|joint| {
-            let (axis, origin) = posture.joint_axis(model, joint);
-            let Wrench { force, torque } = wrenches[model.joints[joint].child];
-            match model.joints[joint].kind {
-                JointKind::Revolute => axis.dot(torque - origin.cross(force)),
-                JointKind::Prismatic => axis.dot(force),
-            }
-        });
+        let free = (0..model.joints.len())
+            .map(|joint| wrenches[model.joints[joint].child].on_joint(model, posture, joint));
         Self { contacts: wrenches.first().copied().unwrap_or(Wrench::ZERO), free: free.collect() }
-    }
-
-    /// The joint torques that remain beside these, N m or N.
-    pub fn less(mut self, torques: &[f64]) -> Self {
-        self.free.iter_mut().zip(torques).for_each(|(free, torque)| *free -= torque);
-        self
     }
 
     /// The joint torques of a robot on one foot, which exerts the whole contact wrench.
     pub fn torques_on(&self, model: &RobotModel, posture: &Posture, limb: usize) -> Vec<f64> {
         let mut torques = self.free.clone();
-        let Wrench { force, torque } = self.contacts;
         for joint in model.chain(model.feet[limb].link) {
-            let (axis, origin) = posture.joint_axis(model, joint);
-            torques[joint] -= match model.joints[joint].kind {
-                JointKind::Revolute => axis.dot(torque - origin.cross(force)),
-                JointKind::Prismatic => axis.dot(force),
-            };
+            torques[joint] -= self.contacts.on_joint(model, posture, joint);
         }
         torques
     }

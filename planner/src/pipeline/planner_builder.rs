@@ -250,10 +250,14 @@ impl<'a> PlannerBuilder<'a> {
             ),
             chunks: ChunkStage::new(
                 self.chunks(&context),
-                self.timing(config.waypoints_max as usize),
+                self.timing(config.waypoints_max as usize, &context),
                 (self.improvement_work() > 0).then(|| self.chunks(&context)),
             ),
-            improvement: ImprovementStage::new(self.improvement_work(), edges_max, self.trial()),
+            improvement: ImprovementStage::new(
+                self.improvement_work(),
+                edges_max,
+                self.trial(&context),
+            ),
             method,
         };
         let joint_names = self.model.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -346,18 +350,20 @@ impl<'a> PlannerBuilder<'a> {
     }
 
     /// The motion of parts of a plan that are tried, if smooth plans are improved.
-    fn trial(&self) -> Option<TrialMotion> {
+    fn trial(&self, context: &PlanningContext) -> Option<TrialMotion> {
         let is_wanted = self.improvement_work() > 0;
-        is_wanted.then(|| self.timing(trial_motion::POINTS_MAX)).flatten().map(TrialMotion::new)
+        let timing = is_wanted.then(|| self.timing(trial_motion::POINTS_MAX, context)).flatten();
+        timing.map(TrialMotion::new)
     }
 
     /// The timing of smooth paths of `points_max` points, if plans are smoothed.
-    fn timing(&self, points_max: usize) -> Option<PathTiming> {
+    fn timing(&self, points_max: usize, context: &PlanningContext) -> Option<PathTiming> {
         let execution = &self.scenario.execution;
         let limits =
             TimingLimits::new(self.model, execution, self.world.mu, &self.scenario.checker);
+        let soles = &context.constraints.robot.soles;
         (execution.motion == MotionKind::Smooth)
-            .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
+            .then(|| PathTiming::new(TimedRobot::new(self.model, soles, limits), points_max))
     }
 
     /// The builder of the plan's chunks.

@@ -15,4 +15,4 @@ pub mod posture_ik;
 pub mod single_support;
 pub(crate) mod sole;
 mod tuning;
-pub(crate) mod underside;
+mod underside;

@@ -10,7 +10,7 @@ use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::geometry::polygon::{area_and_centroid, inner_distance};
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
-use crate::robot::underside::Underside;
+use crate::robot::sole::Sole;
 use crate::timing::contact_rates::{ContactProblem, ContactRates, soles_hold};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
@@ -125,8 +125,8 @@ pub(crate) fn rates_of(waypoint: &Waypoint) -> [[f64; VELOCITY_MAX]; 2] {
 }
 
 impl TimedRobot {
-    /// A biped with these limits.
-    pub fn new(model: &RobotModel, limits: TimingLimits) -> Self {
+    /// A biped with these limits, on the soles of its mechanism.
+    pub fn new(model: &RobotModel, measured: &[Sole; 2], limits: TimingLimits) -> Self {
         let dynamics = InverseDynamics::new(model);
         let feet = [&model.feet[0], &model.feet[1]];
         let sole = |foot: &surefoot_shared_types::robot::model::Foot| {
@@ -137,7 +137,7 @@ impl TimedRobot {
             chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
             soles: feet.map(sole),
             sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
-            flat_parts: feet.map(|foot| Underside::of(model, foot).flat_part),
+            flat_parts: measured.each_ref().map(|sole| sole.flat_part.clone()),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
             limits,

@@ -90,9 +90,9 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn chunk(&self) -> Result<Option<PlanChunk>, ChannelError> {
-        let is_planners =
-            |chunk: &Received<PlanChunk>| self.planner.borrow_mut().is(chunk.origin().value());
-        let chunk = next_of(&self.chunks, |chunk| is_planners(chunk) && chunk.crc_matches())?;
+        let chunk = next(&self.chunks, |chunk| {
+            self.planner.borrow_mut().is(chunk.origin().value()) && chunk.crc_matches()
+        })?;
         let mut counter = self.counter.borrow_mut();
         match &chunk {
             Some(chunk) => counter.record(chunk),
@@ -112,7 +112,7 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn feedback(&self) -> Result<Option<Feedback>, ChannelError> {
-        let feedback = next(&self.feedback, Feedback::is_well_formed)?;
+        let feedback = next(&self.feedback, |feedback| feedback.is_well_formed())?;
         if let Some(feedback) = &feedback {
             self.counter.borrow_mut().expect(feedback);
         }
@@ -132,7 +132,7 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn state(&self) -> Result<Option<SimulationState>, ChannelError> {
-        next(&self.state, SimulationState::is_well_formed)
+        next(&self.state, |state| state.is_well_formed())
     }
 
     /// The next description, if one arrived: planner and controller each publish theirs.
@@ -140,7 +140,7 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn description(&self) -> Result<Option<Description>, ChannelError> {
-        next(&self.description, Description::is_well_formed)
+        next(&self.description, |description| description.is_well_formed())
     }
 
     /// The next well-formed set-point of a sampler, if one arrived.
@@ -148,7 +148,7 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn set_point(&self) -> Result<Option<SetPoint>, ChannelError> {
-        next(&self.set_points, SetPoint::is_well_formed)
+        next(&self.set_points, |set_point| set_point.is_well_formed())
     }
 
     /// The participant of this process in the instance.
@@ -174,21 +174,10 @@ fn subscribe<M: Layout>(
         .map_err(|error| ChannelError::transport("creating a subscriber", error))
 }
 
-/// The next message that `is_well_formed`; others are skipped.
+/// The next message that `counts`; others are skipped.
 fn next<M: Layout>(
     subscriber: &Subscriber<ipc::Service, M, ()>,
-    is_well_formed: impl Fn(&M) -> bool,
-) -> Result<Option<M>, ChannelError> {
-    next_of(subscriber, |message| is_well_formed(message))
-}
-
-/// A received message, with its publisher.
-type Received<M> = Sample<ipc::Service, M, ()>;
-
-/// The next message that `counts`; others are skipped.
-fn next_of<M: Layout>(
-    subscriber: &Subscriber<ipc::Service, M, ()>,
-    counts: impl Fn(&Received<M>) -> bool,
+    counts: impl Fn(&Sample<ipc::Service, M, ()>) -> bool,
 ) -> Result<Option<M>, ChannelError> {
     loop {
         let received =
