@@ -3,7 +3,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a file cannot be read")]
 
+#[path = "common/markdown.rs"]
+mod markdown;
+
 use std::path::Path;
+
+use markdown::cells;
 
 /// A row of one of the tables: what, rule, code, tests, state.
 struct Row<'a> {
@@ -13,11 +18,6 @@ struct Row<'a> {
 
 fn read(path: &str) -> Option<String> {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).ok()
-}
-
-fn cells(line: &str) -> Option<Vec<&str>> {
-    let inner = line.strip_prefix('|')?.strip_suffix('|')?;
-    Some(inner.split('|').map(str::trim).collect())
 }
 
 fn rows(text: &str) -> Vec<Row<'_>> {

@@ -8,6 +8,8 @@
 mod glossary;
 #[path = "architecture/lexer.rs"]
 mod lexer;
+#[path = "common/markdown.rs"]
+mod markdown;
 #[path = "words/scan.rs"]
 mod scan;
 #[path = "architecture/source.rs"]

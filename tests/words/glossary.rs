@@ -2,12 +2,8 @@
 
 use regex::Regex;
 
+use crate::markdown::cells;
 use crate::source::Source;
-
-fn cells(line: &str) -> Option<Vec<&str>> {
-    let inner = line.strip_prefix('|')?.strip_suffix('|')?;
-    Some(inner.split('|').map(str::trim).collect())
-}
 
 /// The rows of the glossary's table: the cells of each.
 pub fn rows(text: &str) -> Vec<Vec<&str>> {

@@ -290,7 +290,7 @@ impl Surfaces {
         obstructing.for_each(|p| findings.intrude(*p));
     }
 
-    /// Clips the buffer to what is near enough to the sole plane to carry.
+    /// Clips the buffer to the part near enough to the sole plane to carry.
     fn clip_to_plane(&self, buffer: &mut ClipBuffer) {
         let tolerance = self.config.plane_distance_max;
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);

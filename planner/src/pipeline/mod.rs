@@ -15,11 +15,13 @@
 //! | footholds along a route | `foothold_stage`, `foothold_order`, `foothold_sampling` |
 //! | transitions between footholds | `connection_stage`, `primitive_stage` |
 //! | segments of a route | `segmentation_stage`, `segmentation`, `segment_searches` |
-//! | stage M along a segment | `segment_stage`, `sequence_stage`, `transition_estimates`, `segment_cycle`, `step_removal` |
+//! | stage M along a segment | `segment_stage`, `sequence_stage`, `segment_cycle` |
+//! | what it asks before and after | `transition_estimates`, `step_removal` |
 //! | failures | `recovery_stage`, `recovery_policy`, `bottlenecks`, `resorts` |
 //! | the motion of a complete plan | `shortcut_stage`, `smooth_path_stage` |
 //! | its chunks | `chunk_stage`, `timed_chunks` |
-//! | faster walks | `improvement_stage`, `improvement`, `improvement_walk`, `improvement_window`, `trial_motion` |
+//! | faster walks | `improvement_stage`, `improvement_walk`, `improvement_window` |
+//! | their time, and what came of it | `trial_motion`, `improvement` |
 //! | other methods | `method_stage` |
 
 mod bottlenecks;

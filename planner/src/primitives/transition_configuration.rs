@@ -166,8 +166,8 @@ pub fn first_valid_posture(
     FAR_REACHING_POSTURES.into_iter().position(&mut is_valid)
 }
 
-/// Whether the robot can stand on the first foothold and touch the second one, and then stand on the
-/// second one and touch the first, in postures that meet every constraint.
+/// Whether the robot can stand on the first foothold and touch the second one, and then stand on
+/// the second one and touch the first, in postures that meet every constraint.
 pub fn is_valid_step(constraints: &Constraints, [from, to]: [&Foothold; 2]) -> bool {
     let is_valid = |stance: &Foothold, other: &Foothold| {
         let pair = TransitionPair { stance, other };

@@ -110,8 +110,8 @@ impl Threads {
         self.map_beside(|| (), items, make).1
     }
 
-    /// The results of a function for all items, in order, made while this thread runs `first`, after
-    /// which it takes items too; before them the result of `first`.
+    /// The result of `first`, which this thread runs, and the results of a function for all items,
+    /// in order. When `first` has ended, this thread takes items too.
     pub fn map_beside<A, T: Copy + Send, U: Default + Send, const N: usize>(
         &self,
         first: impl FnOnce() -> A,
