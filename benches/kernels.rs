@@ -26,14 +26,15 @@ use scene::{SEED, Scene, cluttered, shipped};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::FootPhase;
 use surefoot_planner::constraints::foothold::single_mode;
-use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits, propose};
+use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits, SoleShape, propose};
 use surefoot_planner::kinematics::Leg;
 use surefoot_planner::motion::cbirrt::SingleModeProblem;
 use surefoot_planner::motion::cbirrt::nearest;
 use surefoot_planner::motion::single_mode::solve;
 use surefoot_planner::motion::tree_pool::TreeNode;
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::primitives::transition_configuration::{TransitionPair, sample};
+use surefoot_planner::primitives::transition_configuration::sample;
+use surefoot_planner::primitives::transition_pair::TransitionPair;
 use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::configuration::midway;
 use surefoot_planner::robot::kinematic_state::KinematicState;
@@ -178,8 +179,7 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
     let propose = time(format!("{name}: foothold query, all within 0.35 m"), |call| {
         let query = PlacementQuery {
             ideal: at,
-            sole_polygon: sole,
-            pads: &[],
+            sole: SoleShape::flat(sole),
             reach_xy: 0.35,
             reach_z: [-0.6, 0.6],
             yaw_spread: 0.8,

@@ -7,8 +7,9 @@
 //! is deterministic: the same robot, world, stances and seed give the same plan, whatever the
 //! number of threads. It is bounded: it ends at a named budget of work, and allocates before it
 //! begins, not while it runs. A plan is a list of chunks with at most 32 waypoints each. Every
-//! waypoint is statically stable, so the robot may stop there. A [`Checker`] with code of its own
-//! checks each chunk, and a [`Publisher`] delivers them to a controller over shared memory.
+//! waypoint is statically stable, and within each chunk the robot can brake and stand. A [`Checker`]
+//! with code of its own checks each chunk, and a [`Publisher`] delivers them to a controller over
+//! shared memory.
 //!
 //! ```text
 //! Robot + Parameters ─► Prepared ─┐

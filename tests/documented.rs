@@ -73,7 +73,7 @@ fn a_robot_of_ones_own_walks_as_shown() {
     let urdf = root().join("configs/robots/hubo/hubo.urdf");
     fs::copy(urdf, folder.path().join("my_robot.urdf")).unwrap();
     run_page("docs/OWN_ROBOT.md", folder.path());
-    for file in ["my_robot/robot.toml", "robot.png", "first/scenario.toml", "walk.png"] {
+    for file in ["my_robot/robot.toml", "robot.png", "my_walk/scenario.toml", "walk.png"] {
         assert!(folder.path().join(file).is_file(), "{file}");
     }
 }

@@ -29,9 +29,14 @@ fn defaults() -> Json {
     })
 }
 
+/// The table of a parameter and its key within it.
+fn table_and_key(name: &str) -> (&str, &str) {
+    name.split_once('.').unwrap()
+}
+
 /// Sets a parameter.
 fn set(tables: &mut Json, name: &str, value: Json) {
-    let (table, key) = name.split_once('.').unwrap();
+    let (table, key) = table_and_key(name);
     tables[table][key] = value;
 }
 
@@ -96,7 +101,7 @@ fn the_table_names_the_fields_of_all_structs_in_their_order() {
 fn every_value_of_the_table_is_that_of_the_field_it_names() {
     let tables = defaults();
     for parameter in &PARAMETERS {
-        let (table, key) = parameter.table_and_key();
+        let (table, key) = table_and_key(parameter.name);
         let value = match parameter.default_value() {
             Value::Count(count) => json!(count),
             Value::Real(number) => json!(number),
@@ -187,7 +192,7 @@ fn document() -> String {
         text += &format!("\n## [{table}]\n\n");
         text += "| Parameter | Default | Unit | Range | Effect | Source |\n";
         text += "| --- | --- | --- | --- | --- | --- |\n";
-        for parameter in PARAMETERS.iter().filter(|row| row.table_and_key().0 == table) {
+        for parameter in PARAMETERS.iter().filter(|row| table_and_key(row.name).0 == table) {
             text += &row(parameter);
         }
     }
@@ -201,7 +206,7 @@ fn row(parameter: &Parameter) -> String {
     }
     format!(
         "| `{}` | {} | {} | {range} | {} | {} |\n",
-        parameter.table_and_key().1,
+        table_and_key(parameter.name).1,
         parameter.default_value().rounded(),
         parameter.unit,
         parameter.effect,

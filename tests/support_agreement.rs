@@ -11,7 +11,8 @@ use glam::{DVec2, DVec3};
 use surefoot_controller_sim::Checker;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::foot_placement::{
-    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SupportedSole, Surfaces, propose,
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SoleShape, SupportedSole, Surfaces,
+    propose,
 };
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::robot::mechanism::Mechanism;
@@ -61,8 +62,7 @@ fn placement_config(model: &RobotModel) -> FootPlacementConfig {
 /// The placements of a sole near a point of the ground, the nearest ones.
 fn placements(surfaces: &Surfaces, sole: &[DVec2], ideal: Pose, index: u64) -> Vec<SupportedSole> {
     let query = PlacementQuery {
-        sole_polygon: sole,
-        pads: &[],
+        sole: SoleShape::flat(sole),
         ideal,
         reach_xy: 0.2,
         reach_z: [-0.3, 0.3],

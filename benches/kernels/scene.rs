@@ -12,9 +12,8 @@ use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::cbirrt::SingleModeProblem;
 use surefoot_planner::pipeline::Endpoint;
 use surefoot_planner::pipeline::{foothold_at, stand_on};
-use surefoot_planner::primitives::transition_configuration::{
-    TransitionPair, sample, world_from_soles,
-};
+use surefoot_planner::primitives::transition_configuration::sample;
+use surefoot_planner::primitives::transition_pair::TransitionPair;
 use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_planner::robot::mechanism::Mechanism;
@@ -109,7 +108,7 @@ impl Scene {
         let found = (0..ATTEMPTS).find_map(|attempt| {
             sample(&self.constraints, &mode, pair, (SEED, object), attempt).ok()
         })?;
-        Some(ModeState { configuration: found, world_from_soles: world_from_soles(pair) })
+        Some(ModeState { configuration: found, world_from_soles: pair.world_from_soles() })
     }
 }
 

@@ -1,5 +1,4 @@
-//! A bounded, deterministic planner of whole-body, quasi-static walks (Randomized Possibility
-//! Graph).
+//! A bounded, deterministic planner of whole-body walks (Randomized Possibility Graph).
 //!
 //! [`Planner`] shows the whole search; read `pipeline/planner.rs` first.
 

@@ -15,9 +15,8 @@ use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::motion::cbirrt::SingleModeProblem;
 use surefoot_planner::motion::single_mode::solve;
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::primitives::transition_configuration::{
-    TransitionPair, is_unbounded, sample, world_from_soles,
-};
+use surefoot_planner::primitives::transition_configuration::{is_unbounded, sample};
+use surefoot_planner::primitives::transition_pair::TransitionPair;
 use surefoot_planner::robot::crouch::Crouch;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::robot::posture_ik::{Posture, solve_posture};
@@ -72,7 +71,7 @@ fn shift_below_a_bar(constraints: &Constraints) -> SingleModeProblem {
         let mode = single_mode(stance);
         let found =
             (0..600).find_map(|attempt| sample(constraints, &mode, pair, (1, 0), attempt).ok());
-        ModeState { configuration: found.unwrap(), world_from_soles: world_from_soles(pair) }
+        ModeState { configuration: found.unwrap(), world_from_soles: pair.world_from_soles() }
     };
     SingleModeProblem {
         mode: double_mode(&behind, &ahead),
@@ -225,7 +224,7 @@ fn a_leaning_root_is_projected_where_hips_align() {
                 leg_extension: robot.standing_leg_extension,
                 com: mode.region.centroid() - 0.002 * *index as f64 * DVec2::Y,
             };
-            solve_posture(robot, &world_from_soles(pair), &posture, robot.standing_q).is_ok()
+            solve_posture(robot, &pair.world_from_soles(), &posture, robot.standing_q).is_ok()
         };
         [(0..12).filter(is_sampled).count(), (0..12).filter(is_solved_leg_by_leg).count()]
     });

@@ -6,7 +6,7 @@ use foot_placement_worlds::*;
 use glam::DVec3;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::foot_placement::{
-    PlacementQuery, SampleLimits, Scratch, Source, Surfaces, propose,
+    PlacementQuery, SampleLimits, Scratch, SoleShape, Source, Surfaces, propose,
 };
 use surefoot_shared_types::base::spatial::{rotation_from_rpy, yaw_of};
 use surefoot_shared_types::{Pose, Shape};
@@ -369,8 +369,8 @@ fn invalid_queries_find_nothing() {
         PlacementQuery { ideal: at(f64::NAN, 0.0, 0.0), ..sound },
         PlacementQuery { reach_xy: f64::INFINITY, ..sound },
         PlacementQuery { reach_z: [1.0, -1.0], ..sound },
-        PlacementQuery { sole_polygon: &polygon[..2], ..sound },
-        PlacementQuery { sole_polygon: &[], ..sound },
+        PlacementQuery { sole: SoleShape::flat(&polygon[..2]), ..sound },
+        PlacementQuery { sole: SoleShape::flat(&[]), ..sound },
         PlacementQuery { yaw_spread: f64::NAN, ..sound },
         PlacementQuery { ideal: at(50.0, 0.0, 0.0), ..sound },
     ];

@@ -21,7 +21,6 @@ use surefoot_planner::constraints::mode_state::ModeState;
 use surefoot_planner::preparation::Preparation;
 use surefoot_planner::preparation::{necessary, sufficient, sufficient_shift};
 use surefoot_planner::primitives::level_sole::{LevelSole, PairOffset};
-use surefoot_planner::primitives::step_state::placement_of;
 use surefoot_planner::primitives::{PrimitiveTrajectory, configuration};
 use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
@@ -190,8 +189,8 @@ fn primitives_hold_at(
             preparation,
             robot,
             &constraints.collision,
-            &placement_of(robot, stance),
-            &placement_of(robot, other),
+            &stance.placement(robot),
+            &other.placement(robot),
         )
     };
     if is_free(from) && is_free(to) {
@@ -224,8 +223,8 @@ fn primitives_hold_at(
         preparation,
         robot,
         &constraints.collision,
-        &placement_of(robot, left),
-        &placement_of(robot, right),
+        &left.placement(robot),
+        &right.placement(robot),
     ) {
         let here = configuration(robot, gait, left, right).unwrap();
         let mode = double_mode(left, right);

@@ -19,8 +19,9 @@ use surefoot_planner::motion::tuning::ATTEMPTS_MAX;
 use surefoot_planner::pipeline::{Endpoint, FootholdSampler, PERTURBATIONS_MAX, stand_on};
 use surefoot_planner::primitives::FAR_REACHING_POSTURES;
 use surefoot_planner::primitives::transition_configuration::{
-    TransitionPair, first_valid_posture, is_reached, sample,
+    first_valid_posture, is_reached, sample,
 };
+use surefoot_planner::primitives::transition_pair::TransitionPair;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
 

@@ -344,6 +344,7 @@ impl Planner {
                 self.plan = Some(plan.clone());
                 Ok(plan)
             }
+            // The last three end searches by other methods or in parts, which this type has none of.
             Outcome::BudgetExhausted(_)
             | Outcome::NotExpressible(_)
             | Outcome::MethodExhausted(_)

@@ -13,7 +13,7 @@ use surefoot_controller_sim::channel::plan_subscriber::{PlanSubscriber, StreamEn
 use surefoot_controller_sim::{
     Checker, CheckerError, ChunkExecutor, Disturbance, Goal, GroundTruth, Identity,
 };
-use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{PlanChunk, WalkRecord};
 use surefoot_shared_types::plan_file::write::{executed_plan, save};
@@ -22,6 +22,7 @@ use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
 
 use crate::cli::arguments::ControlArguments;
+use crate::cli::simulation_arguments::SimulationArguments;
 use crate::commands::control::chunk_handler::{ChunkHandler, SharedHandler};
 use crate::commands::control::paced_walk::{PacedWalk, WalkOptions};
 use crate::commands::session::prepare_process;
@@ -100,34 +101,19 @@ impl<'a> Controller<'a> {
         let checker = Checker::new(model, world, scenario.checker)?;
         let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
         subscriber.describe(&description)?;
-        let executor = match subscriber.taken_over() {
-            Some(feedback) => {
-                let executor = ChunkExecutor::take_over(checker, identity, feedback);
-                executor.going_on_after(chunks_taken_over(&subscriber, arguments).0)
-            }
-            None if arguments.serve => ChunkExecutor::new(checker, identity),
-            None => ChunkExecutor::new(checker, identity).starting_at(scenario.start),
-        };
-        let Scenario { goal: stance, goal_tolerance: tolerance, .. } = scenario;
-        let executor = if arguments.serve {
-            executor.ending_as_stated(tolerance)
-        } else {
-            executor.ending_at(Goal { stance, tolerance })
-        };
-        let simulation = &arguments.simulation;
-        let walk = WalkOptions {
-            rate: simulation.rate,
-            late: simulation.late,
-            is_recorded: record.is_some(),
-        };
+        let ends =
+            (scenario.start, Goal { stance: scenario.goal, tolerance: scenario.goal_tolerance });
+        let executor = executor(arguments, (checker, identity), ends, &subscriber);
+        let SimulationArguments { rate, late, disturb, .. } = arguments.simulation;
+        let walk = WalkOptions { rate, late, is_recorded: record.is_some() };
         let mut robot = PacedWalk::new(&subscriber, id, &walk)?;
         robot.take_over(chunks_taken_over(&subscriber, arguments));
-        let disturbance = simulation.disturb.map(Disturbance::new);
+        let disturbance = disturb.map(Disturbance::new);
         let mut handler = ChunkHandler::new(executor, ground_truth, disturbance, robot);
         if let Some(feedback) = subscriber.taken_over() {
             handler.mark_reported(feedback.corrections());
         }
-        if let Some(seed) = simulation.disturb {
+        if let Some(seed) = disturb {
             subscriber.inject_faults(seed);
         }
         // A supervisor ends this process; until then a restarted planner may connect.
@@ -212,6 +198,29 @@ impl<'a> Controller<'a> {
         let executed = (&walked[..], *disturb_seed);
         let folder = output_files::plan_folder(path);
         Ok(save(&executed_plan(model, world, scenario, executed, &folder), path)?)
+    }
+}
+
+/// Checks chunks from the start to the goal of the scenario, from where another controller left the
+/// robot, or for a controller that serves, between the stances that each request states.
+fn executor(
+    arguments: &ControlArguments,
+    (checker, identity): (Checker, Identity),
+    (start, goal): (StancePose, Goal),
+    subscriber: &PlanSubscriber,
+) -> ChunkExecutor {
+    let executor = match subscriber.taken_over() {
+        Some(feedback) => {
+            let executor = ChunkExecutor::take_over(checker, identity, feedback);
+            executor.going_on_after(chunks_taken_over(subscriber, arguments).0)
+        }
+        None if arguments.serve => ChunkExecutor::new(checker, identity),
+        None => ChunkExecutor::new(checker, identity).starting_at(start),
+    };
+    if arguments.serve {
+        executor.ending_as_stated(goal.tolerance)
+    } else {
+        executor.ending_at(goal)
     }
 }
 

@@ -11,7 +11,6 @@ use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::export::bodies::{body_motions, centre_of_mass};
 use crate::export::error::ExportError;
-use crate::export::footsteps::pose_block;
 use crate::export::loads::{StaticLoads, moment_about};
 use crate::export::motion::{ExportMotion, SupportPhase};
 use crate::export::sampling::{Sample, samples};
@@ -175,7 +174,7 @@ fn robot(motion: &ExportMotion) -> SequenceRobot {
     let feet = model.feet.iter().map(|foot| SequenceFoot {
         name: foot.name.clone(),
         link: model.links[foot.link].name.clone(),
-        link_from_sole: pose_block(&foot.link_from_sole),
+        link_from_sole: PoseBlock::of(&foot.link_from_sole),
         polygon: foot.polygon.iter().map(|corner| corner.to_array()).collect(),
     });
     let locked = model.locked_joints.iter();

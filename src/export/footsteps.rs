@@ -2,7 +2,6 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use surefoot_shared_types::base::spatial::Pose;
 use surefoot_shared_types::message::Contact;
 use surefoot_shared_types::plan_format::blocks::{OriginBlock, PoseBlock};
 
@@ -136,16 +135,11 @@ fn footstep(
 fn swing(motion: &ExportMotion, limb: usize, range: std::ops::RangeInclusive<usize>) -> Swing {
     let at = |waypoint: &surefoot_shared_types::message::Waypoint| {
         let motions = body_motions(&motion.model, waypoint);
-        let sole_pose = pose_block(&world_from_sole(&motion.model, &motions, limb));
+        let sole_pose = PoseBlock::of(&world_from_sole(&motion.model, &motions, limb));
         SwingWaypoint { t: waypoint.time, sole_pose }
     };
     Swing {
         lift_off: motion.waypoints[*range.start()].time,
         waypoints: motion.waypoints[range].iter().map(at).collect(),
     }
-}
-
-/// A pose in the plan format's form.
-pub(crate) fn pose_block(pose: &Pose) -> PoseBlock {
-    PoseBlock { xyz: pose.translation.to_array(), quat_xyzw: pose.rotation.to_array() }
 }

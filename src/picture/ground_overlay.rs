@@ -7,7 +7,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::picture::colour::{Colour, bottleneck_colour, goal_colour, start_colour};
 use crate::picture::error::PictureError;
-use crate::picture::motion::{PlanMotion, pose_of};
+use crate::picture::motion::PlanMotion;
 use crate::picture::surface::Surface;
 
 /// How far a foothold's plate lies over the sole's plane, m.
@@ -101,7 +101,7 @@ pub fn contacts(
                     contact.foot
                 ))
             })?;
-            let foothold = foothold(model, limb, pose_of(&contact.sole_pose), phase.first);
+            let foothold = foothold(model, limb, contact.sole_pose.pose(), phase.first);
             corners.extend(foothold.outline.iter().copied());
             let known = |f: &Foothold| {
                 f.limb == limb

@@ -1,6 +1,6 @@
 //! The motion of a plan: where the robot is at each instant, and which instants are worth drawing.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use surefoot_planner::kinematics::Kinematics;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::interpolate;
@@ -47,11 +47,10 @@ impl PlanMotion {
                     plan.joint_names.len()
                 )));
             }
-            let world_from_root =
-                pose_of(&PoseBlock { xyz: waypoint.root_xyz, quat_xyzw: waypoint.root_quat_xyzw });
+            let root = PoseBlock { xyz: waypoint.root_xyz, quat_xyzw: waypoint.root_quat_xyzw };
             Ok(Moment {
                 time: waypoint.t,
-                world_from_root,
+                world_from_root: root.pose(),
                 q: order.iter().map(|&from| waypoint.q[from]).collect(),
             })
         };
@@ -185,9 +184,4 @@ fn joint_order(model: &RobotModel, plan: &PlanFile) -> Result<Vec<usize>, Pictur
         })
     });
     order.collect()
-}
-
-/// A pose of the plan format.
-pub fn pose_of(block: &PoseBlock) -> Pose {
-    Pose::from_parts(block.xyz.into(), DQuat::from_array(block.quat_xyzw).normalize())
 }

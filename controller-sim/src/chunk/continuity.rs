@@ -6,9 +6,11 @@ use surefoot_shared_types::robot::model::FOOT_NAMES;
 
 use crate::base::comparison::is_at_most;
 
-/// How far a kept foot's declared pose may differ between two modes, m (and rad, counted as a tenth
-/// of a metre).
-pub const KEPT_POSE_MAX: f64 = 1e-6;
+/// How far a kept foot's declared pose may differ between two modes, m; a turn counts as
+/// [`METRES_PER_RADIAN`].
+const KEPT_POSE_MAX: f64 = 1e-6;
+/// Length as which a turn of a foot counts, m by rad: about half of a sole.
+const METRES_PER_RADIAN: f64 = 0.1;
 
 /// A mode with its contacts.
 #[derive(Debug, Clone, Copy)]
@@ -63,8 +65,9 @@ pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
     Ok(())
 }
 
+/// How far two contacts are apart, m, turns included.
 fn pose_difference(a: &Contact, b: &Contact) -> f64 {
     let (a, b) = (a.world_from_sole(), b.world_from_sole());
     a.translation.distance(b.translation)
-        + 0.1 * rotation_distance(a.rotation.normalize(), b.rotation.normalize())
+        + METRES_PER_RADIAN * rotation_distance(a.rotation.normalize(), b.rotation.normalize())
 }

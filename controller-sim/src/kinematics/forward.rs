@@ -26,8 +26,8 @@ impl Configuration {
         }
     }
 
-    /// The same of a waypoint that moves the first `joints` joints; the others of the model are
-    /// locked where they are when it stands.
+    /// The configuration of a waypoint that moves the first `joints` joints; the others of the model
+    /// are locked where they are when it stands.
     pub fn of_unlocked(model: &RobotModel, waypoint: &Waypoint, joints: usize) -> Self {
         let mut configuration = Self::of_waypoint(waypoint, joints);
         configuration.q.extend_from_slice(&model.standing_q[joints..]);

@@ -144,24 +144,8 @@ pub fn check_plan_in(
     let Problem { model, world, config, start, goal, goal_turn_max, mut notes } = problem.clone();
     let parsed = ParsedPlan::new(plan, &model, plan_path)?;
     let input_error = |error| InputError::element(plan_path, "robot", format!("{error}"));
-    let mut checker = Checker::new(model, world, config).map_err(input_error)?;
-    notes.extend(checker.unshaped_links().map(|link| {
-        format!("not checked for collisions: link {link} has mass and no collision shape")
-    }));
-    notes.extend(checker.hollow_soles());
-    checker.excuse_none_clear_in(&parsed.waypoints[0]);
-    if let Err(reason) = fitting_chunks(plan) {
-        checker = checker.keeping_default_accelerations();
-        notes.push(format!(
-            "the stops of the plan's chunks are not checked: {reason}; the plan was edited, and \
-             accelerations stay within {ACCELERATION_DEFAULT} where the robot file states no limit"
-        ));
-    }
-    if parsed.is_smooth && plan.chunks.is_empty() {
-        checker = checker.with_stops_in_motion();
-        notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
-    }
-    notes.extend(checker.allowed_overlaps().iter().chain(checker.idle_overlaps()).cloned());
+    let checker = Checker::new(model, world, config).map_err(input_error)?;
+    let mut checker = fitted(checker, plan, &parsed, &mut notes);
     let endpoint = |block: &EndBlock, waypoint: &Waypoint, turn_max: Option<f64>| {
         check_endpoint(checker.model(), block, waypoint, &parsed.joint_order, turn_max)
     };
@@ -194,6 +178,33 @@ pub fn check_plan_in(
         before = Some(phase.keeping_contacts_of(kept));
     }
     Ok(report)
+}
+
+/// The checker as it fits a plan. Notes what it does not see, and what it allows.
+fn fitted(
+    mut checker: Checker,
+    plan: &PlanFile,
+    parsed: &ParsedPlan,
+    notes: &mut Vec<String>,
+) -> Checker {
+    notes.extend(checker.unshaped_links().map(|link| {
+        format!("not checked for collisions: link {link} has mass and no collision shape")
+    }));
+    notes.extend(checker.hollow_soles());
+    checker.excuse_none_clear_in(&parsed.waypoints[0]);
+    if let Err(reason) = fitting_chunks(plan) {
+        checker = checker.keeping_default_accelerations();
+        notes.push(format!(
+            "the stops of the plan's chunks are not checked: {reason}; the plan was edited, and \
+             accelerations stay within {ACCELERATION_DEFAULT} where the robot file states no limit"
+        ));
+    }
+    if parsed.is_smooth && plan.chunks.is_empty() {
+        checker = checker.with_stops_in_motion();
+        notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
+    }
+    notes.extend(checker.allowed_overlaps().iter().chain(checker.idle_overlaps()).cloned());
+    checker
 }
 
 /// Refuses a walk as it was executed with misplaced feet, whose motion is not continuous.

@@ -9,11 +9,9 @@ use std::path::Path;
 
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::config::scenario::{Scenario, StancePose};
-use surefoot_shared_types::plan_file::write::on_ground;
-use surefoot_shared_types::plan_format::blocks::{
-    EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock,
-};
+use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::plan_file::write::{end_block, on_ground};
+use surefoot_shared_types::plan_format::blocks::{EndBlock, PhaseBlock, PlanFile, RobotBlock};
 use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
 use surefoot_shared_types::world::load::{load_world, world_from_block};
@@ -169,18 +167,6 @@ fn on_contacts(mut stance: EndBlock, phase: Option<&PhaseBlock>) -> EndBlock {
         }
     }
     stance
-}
-
-fn end_block(model: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {
-    let soles = model.feet.iter().zip(stance.world_from_soles());
-    let block = |pose: surefoot_shared_types::Pose| PoseBlock {
-        xyz: pose.translation.to_array(),
-        quat_xyzw: pose.rotation.to_array(),
-    };
-    EndBlock::Feet {
-        soles: soles.map(|(foot, pose)| (foot.name.clone(), block(pose))).collect(),
-        tol,
-    }
 }
 
 #[cfg(test)]

@@ -18,7 +18,8 @@ pub fn reserve<T>(capacity: usize) -> Vec<T> {
     reserve_written(capacity, WRITTEN_BYTES_MAX)
 }
 
-/// Does the same with at most `written_max` bytes written, for one of many lists that stay short.
+/// An empty list of the given capacity, of which at most `written_max` bytes are backed by memory
+/// at once: for one of many lists that stay short.
 pub fn reserve_written<T>(capacity: usize, written_max: usize) -> Vec<T> {
     let mut arena: Vec<T> = Vec::with_capacity(capacity);
     let spare = arena.spare_capacity_mut();

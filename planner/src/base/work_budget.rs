@@ -42,7 +42,8 @@ pub fn advance<T: BudgetedTask>(
     advance_several(tasks, 1, budget, threads, unit)
 }
 
-/// Does the same, and stops when fewer than `tasks_min` tasks have not ended.
+/// Advances all tasks by at most `budget` units together until fewer than `tasks_min` of them have
+/// not ended, and returns the units spent.
 pub fn advance_several<T: BudgetedTask>(
     tasks: &mut [T],
     tasks_min: usize,

@@ -26,8 +26,8 @@ pub(crate) fn bodies_within(
         && parts_within((a, &world_from_a), (b, &world_from_b), margin)
 }
 
-/// Does the same for bodies whose spheres are near each other; the frames of their nodes are given
-/// in any common frame.
+/// Whether two bodies whose spheres are near each other come within `margin` (m) of each other. The
+/// frames of their nodes are given in any common frame.
 pub(crate) fn parts_within(
     a: (&CollisionBody, &DAffine3),
     b: (&CollisionBody, &DAffine3),
@@ -44,7 +44,7 @@ pub(crate) fn parts_within(
     })
 }
 
-/// Does the same for two parts whose spheres are near each other.
+/// Whether two parts whose spheres are near each other come within `margin` (m) of each other.
 fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64) -> bool {
     match (&a.0.core_segment, &b.0.core_segment) {
         // Both parts are spheres, which were compared before.

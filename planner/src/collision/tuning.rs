@@ -12,7 +12,8 @@ pub(crate) const LIFT_OFF_LIFT: f64 = 0.0003;
 /// How far a sole may move while it may still touch its foothold, m; less than the controller
 /// allows (6 mm).
 pub(crate) const SLIDE_MAX: f64 = 5e-3;
-/// The same for its rotation, rad; less than the controller allows (0.025).
+/// How far a sole may turn while it may still touch its foothold, rad; less than the controller
+/// allows (0.025).
 pub(crate) const SLIDE_TURN_MAX: f64 = 0.02;
 /// Height at which a corner of a sole is clear of its foothold, m; the controller's distance is
 /// 1 mm.

@@ -67,6 +67,15 @@ impl Foothold {
     pub fn distance(&self, other: &Self) -> f64 {
         self.world_from_sole.translation.distance(other.world_from_sole.translation)
     }
+
+    /// The placement of the foot, as stage P and C_S take it.
+    pub fn placement(&self, robot: &Mechanism) -> FootPlacement {
+        FootPlacement {
+            limb: self.limb,
+            world_from_sole: self.world_from_sole,
+            is_whole: is_whole(robot, self.limb, &self.support),
+        }
+    }
 }
 
 /// The pose of a foot, with or without full support.

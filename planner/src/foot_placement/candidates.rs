@@ -85,7 +85,8 @@ impl Lister<'_, '_> {
         let (sin, cos) = libm::sincos(turn);
         let outline = || {
             self.query
-                .sole_polygon
+                .sole
+                .outline
                 .iter()
                 .take(POLYGON_VERTICES_MAX)
                 .map(|p| DVec2::new(cos, sin).rotate(*p))
@@ -302,8 +303,7 @@ mod tests {
                 0.03 * i as f64,
             ));
             let query = PlacementQuery {
-                sole_polygon: &sole_polygon,
-                pads: &[],
+                sole: SoleShape::flat(&sole_polygon),
                 ideal,
                 reach_xy: 0.35,
                 reach_z: [-0.5, 0.5],

@@ -6,6 +6,7 @@ use surefoot_shared_types::Pose;
 
 use crate::collision::model::FootPhase;
 use crate::constraints::constraints::Constraints;
+use crate::foot_placement::posed_sole::SoleShape;
 use crate::foot_placement::propose::propose;
 use crate::foot_placement::request::{PlacementQuery, SampleLimits, SupportedSole};
 use crate::foot_placement::scratch::Scratch;
@@ -44,8 +45,7 @@ impl FootholdQuery {
         keep: &mut dyn FnMut(SupportedSole) -> ControlFlow<(), bool>,
     ) {
         let query = PlacementQuery {
-            sole_polygon: &constraints.robot.soles[self.limb].polygon,
-            pads: &constraints.robot.soles[self.limb].pads,
+            sole: SoleShape::of(&constraints.robot.soles[self.limb]),
             ideal: self.ideal,
             reach_xy: FOOTHOLD_REACH_XY,
             reach_z: self.reach_z,

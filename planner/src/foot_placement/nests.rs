@@ -51,7 +51,7 @@ pub fn propose_nests(
     out: &mut dyn FnMut(SupportedSole) -> bool,
 ) -> PlacementStats {
     let mut proposal = Proposal::new(surfaces, scratch, query, out);
-    if query.is_finite() && query.sole_polygon.len() >= 3 {
+    if query.is_finite() && query.sole.outline.len() >= 3 {
         proposal.stats.stopped = try_valleys(&mut proposal).is_break();
     }
     proposal.stats
@@ -198,11 +198,11 @@ fn try_valley(proposal: &mut Proposal<'_, '_>, valley: &Valley) -> ControlFlow<(
     let query = proposal.query;
     let candidates = &mut proposal.scratch.candidates.best;
     candidates.clear();
-    for (a, b) in edges(query.sole_polygon) {
+    for (a, b) in edges(query.sole.outline) {
         let outward = -inward_normal(a, b);
         for shift in VALLEY_SHIFTS {
             let shift = shift.clamp(valley.span[0], valley.span[1]);
-            let world_from_sole = valley.world_from_sole(query.sole_polygon, outward, shift);
+            let world_from_sole = valley.world_from_sole(query.sole.outline, outward, shift);
             if query.is_in_reach(&world_from_sole) {
                 let cost = (world_from_sole.translation - query.ideal.translation).length();
                 candidates.push(Candidate { cost, world_from_sole });
@@ -230,7 +230,7 @@ fn examine_nest(
         SupportRequirement { is_braced: true, any_intrusion: false, ..proposal.requirement(0.0) };
     match proposal.surfaces.support_of(
         proposal.scratch,
-        proposal.query.sole(),
+        proposal.query.sole,
         &world_from_sole,
         requirement,
     ) {

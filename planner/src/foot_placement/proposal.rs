@@ -64,8 +64,7 @@ impl<'a, 'r> Proposal<'a, 'r> {
         requirement: SupportRequirement,
     ) -> ControlFlow<(), Examined> {
         self.stats.examined[source as usize] += 1;
-        match self.surfaces.set_down(self.scratch, self.query.sole(), &world_from_sole, requirement)
-        {
+        match self.surfaces.set_down(self.scratch, self.query.sole, &world_from_sole, requirement) {
             Ok((pose, support)) => self.return_if_free(pose, support, source),
             Err(reason) => {
                 self.stats.rejected[reason as usize] += 1;

@@ -13,11 +13,8 @@ use crate::geometry::polygon::area_and_centroid;
 /// A query for placements near an ideal one.
 #[derive(Clone, Copy)]
 pub struct PlacementQuery<'a> {
-    /// The sole's outline in the sole frame: convex, counter-clockwise, 3 to 16 vertices, m.
-    pub sole_polygon: &'a [DVec2],
-    /// The parts of it that touch level ground, convex and counter-clockwise, m; empty where all of
-    /// it does.
-    pub pads: &'a [Vec<DVec2>],
+    /// The sole; its outline has 3 to 16 vertices.
+    pub sole: SoleShape<'a>,
     /// Desired pose of the sole in the world. Only the heading of its rotation counts: the ground
     /// decides the tilt.
     pub ideal: Pose,
@@ -136,22 +133,17 @@ impl PlacementQuery<'_> {
 
     /// The sole's area, m2.
     pub(crate) fn sole_area(&self) -> f64 {
-        area_and_centroid(self.sole_polygon).0
-    }
-
-    /// The sole.
-    pub(crate) fn sole(&self) -> SoleShape<'_> {
-        SoleShape { outline: self.sole_polygon, pads: self.pads }
+        area_and_centroid(self.sole.outline).0
     }
 
     /// The centroid of the sole's outline in the sole frame, m.
     pub(crate) fn sole_centroid(&self) -> DVec2 {
-        area_and_centroid(self.sole_polygon).1
+        area_and_centroid(self.sole.outline).1
     }
 
     /// The largest distance of the sole's outline from its frame's origin, m.
     pub(crate) fn sole_radius(&self) -> f64 {
-        self.sole_polygon.iter().map(|p| p.length()).fold(0.0, f64::max)
+        self.sole.outline.iter().map(|p| p.length()).fold(0.0, f64::max)
     }
 
     /// The box in the world around all surfaces that matter to this query, with the horizontal

@@ -64,7 +64,7 @@ pub(crate) fn propose_on_rough_ground(proposal: &mut Proposal<'_, '_>) -> Contro
         let (sin, cos) = libm::sincos(yaw);
         let position = query.ideal.translation + DVec2::new(cos, sin).rotate(*offset).extend(0.0);
         let sole =
-            SoleToRest { outline: query.sole_polygon, position, yaw, reach_z: query.reach_z };
+            SoleToRest { outline: query.sole.outline, position, yaw, reach_z: query.reach_z };
         let Some(pose) = rest_pose(proposal.surfaces, proposal.scratch, &sole) else { continue };
         if proposal.query.is_in_reach(&pose)
             && proposal.examine(pose, Source::Geometric, requirement)?

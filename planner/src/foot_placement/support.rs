@@ -12,8 +12,8 @@ use crate::foot_placement::surfaces::Surfaces;
 use crate::foot_placement::tuning::SAMPLE_SPACING;
 use crate::geometry::bvh;
 use crate::geometry::polygon::{
-    CLIP_VERTICES_MAX, ClipBuffer, HalfPlane, area_and_centroid, clip, clip_to_sides, convex_hull,
-    distance_to, inner_distance, simplify, width,
+    CLIP_VERTICES_MAX, ClipBuffer, HalfPlane, Sides, area_and_centroid, clip, clip_to_sides,
+    convex_hull, distance_to, inner_distance, simplify, width,
 };
 use crate::geometry::resting_foot::{GroundPoint, clip_to_held, keep_from_ground_edges};
 
@@ -204,7 +204,7 @@ impl Surfaces {
             }
             match self.element(id) {
                 Element::Face(face, vertices) => {
-                    self.examine_face(scratch, (sole, &plate), &mut findings, face, vertices)
+                    self.examine_face(scratch, (sole, &plate), &mut findings, (face, vertices))
                 }
                 Element::Curved(curved) => {
                     self.examine_curved(scratch, sole, &mut findings, curved)
@@ -222,8 +222,7 @@ impl Surfaces {
         scratch: &mut Scratch,
         (sole, plate): (&PosedSole, &bvh::Aabb),
         findings: &mut Findings,
-        face: &Face,
-        vertices: &[DVec3],
+        (face, vertices): (&Face, &[DVec3]),
     ) {
         let tolerance = self.config.plane_distance_max;
         let buffer = &mut scratch.clip;
@@ -239,47 +238,63 @@ impl Surfaces {
         }
         clip_to_sides(buffer, &sole.sides, 0.0);
         let incline = incline(alignment);
-        let is_ground = match face.kind {
+        if !is_level && may_tip {
+            self.add_steep_ground(scratch, face.kind, incline);
+        }
+        let clipped = bvh::Aabb::of_points(scratch.clip.polygon.iter().copied());
+        let (lowest, highest) = (clipped.min.z, clipped.max.z);
+        findings.faces_down |= alignment <= -self.carrying_cos && lowest.abs() <= tolerance;
+        if highest > obstructs_above && lowest < self.config.plate_height {
+            self.find_intrusion(&mut scratch.clip, sole, findings, obstructs_above);
+        }
+        if alignment >= self.carrying_cos && (sole.is_braced || self.is_flat_enough(face.normal)) {
+            self.clip_to_plane(&mut scratch.clip);
+            let is_reliable =
+                face.of_mesh() || width(&scratch.clip.polygon) >= self.config.contact_width_min;
+            for_each_touching_part(scratch, sole, |scratch, _| {
+                self.touch_face(scratch, sole, (face, vertices), incline, is_reliable);
+            });
+        }
+    }
+
+    /// Adds the part of a face that does not carry, in the clip buffer, to the ground on which the
+    /// foot may tilt. Surfaces above the plate are no ground; those that pass through it obstruct.
+    fn add_steep_ground(&self, scratch: &mut Scratch, kind: FaceKind, incline: f64) {
+        let is_ground = match kind {
             FaceKind::Solid | FaceKind::Mesh => true,
             FaceKind::CylinderSide => false,
             FaceKind::CylinderCap => incline <= SLOPE_MAX,
         };
-        if !is_level && may_tip && is_ground {
-            // Surfaces above the plate are no ground; those that pass through it obstruct.
-            let near = |point: &&DVec3| (-tolerance..=self.config.plate_height).contains(&point.z);
-            let drop = if incline <= SLOPE_MAX { self.config.foot_shift * incline } else { 0.0 };
-            for &at in scratch.clip.polygon.iter().filter(near) {
-                scratch.contacts.ground.push(GroundPoint { at, drop, is_carrying: false });
-            }
+        if !is_ground {
+            return;
         }
-        let buffer = &mut scratch.clip;
-        let clipped = bvh::Aabb::of_points(buffer.polygon.iter().copied());
-        let (lowest, highest) = (clipped.min.z, clipped.max.z);
-        findings.faces_down |= alignment <= -self.carrying_cos && lowest.abs() <= tolerance;
-        if highest > obstructs_above && lowest < self.config.plate_height {
-            clip_to_sides(buffer, &sole.sides, OUTLINE_INSET);
-            clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);
-            buffer
-                .polygon
-                .iter()
-                .filter(|p| p.z > obstructs_above)
-                .for_each(|p| findings.intrude(*p));
+        let heights = -self.config.plane_distance_max..=self.config.plate_height;
+        let drop = if incline <= SLOPE_MAX { self.config.foot_shift * incline } else { 0.0 };
+        for &at in scratch.clip.polygon.iter().filter(|point| heights.contains(&point.z)) {
+            scratch.contacts.ground.push(GroundPoint { at, drop, is_carrying: false });
         }
-        if alignment >= self.carrying_cos && (sole.is_braced || self.is_flat_enough(face.normal)) {
-            clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
-            clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-            let is_reliable =
-                face.of_mesh() || width(&buffer.polygon) >= self.config.contact_width_min;
-            let within_sole = BoundedPolygon::from_slice(&buffer.polygon).unwrap_or_default();
-            for sides in sole.touching() {
-                scratch.clip.polygon.clear();
-                scratch.clip.polygon.extend_from_slice(&within_sole);
-                if !sole.pads.is_empty() {
-                    clip_to_sides(&mut scratch.clip, &sides, 0.0);
-                }
-                self.touch_face(scratch, sole, (face, vertices), incline, is_reliable);
-            }
-        }
+    }
+
+    /// Adds the part of a face in the clip buffer that stands in the plate, higher than
+    /// `obstructs_above` (m), to the findings.
+    fn find_intrusion(
+        &self,
+        buffer: &mut ClipBuffer,
+        sole: &PosedSole,
+        findings: &mut Findings,
+        obstructs_above: f64,
+    ) {
+        clip_to_sides(buffer, &sole.sides, OUTLINE_INSET);
+        clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);
+        let obstructing = buffer.polygon.iter().filter(|p| p.z > obstructs_above);
+        obstructing.for_each(|p| findings.intrude(*p));
+    }
+
+    /// Clips the buffer to what is near enough to the sole plane to carry.
+    fn clip_to_plane(&self, buffer: &mut ClipBuffer) {
+        let tolerance = self.config.plane_distance_max;
+        clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
+        clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
     }
 
     /// Adds the part of a face in the clip buffer, which a part of the sole touches. One that is
@@ -356,25 +371,18 @@ impl Surfaces {
         buffer.polygon.clear();
         buffer.polygon.extend([a + offset, b + offset]);
         clip_to_sides(buffer, &sole.sides, 0.0);
-        clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
-        clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-        let within_sole = BoundedPolygon::from_slice(&buffer.polygon).unwrap_or_default();
-        for sides in sole.touching() {
+        self.clip_to_plane(buffer);
+        for_each_touching_part(scratch, sole, |scratch, sides| {
             let buffer = &mut scratch.clip;
-            buffer.polygon.clear();
-            buffer.polygon.extend_from_slice(&within_sole);
-            if !sole.pads.is_empty() {
-                clip_to_sides(buffer, &sides, 0.0);
-            }
             scratch.contacts.add_ground(&buffer.polygon, drop);
             if self.config.is_secured {
                 self.keep_from_ends(buffer, [a, b]);
                 // Samples on both sides of a line find it.
-                clip_to_sides(buffer, &sides, SAMPLE_SPACING);
+                clip_to_sides(buffer, sides, SAMPLE_SPACING);
             }
             scratch.contacts.has_line |= !scratch.clip.polygon.is_empty();
             scratch.contacts.add_all(&scratch.clip.polygon);
-        }
+        });
     }
 
     /// Clips the line on which a sole touches a curved surface with this axis (sole frame) to the
@@ -454,6 +462,24 @@ impl Surfaces {
             return Err(NoSupport::CentroidNearEdge);
         }
         Ok(Support { polygon: hull.iter().copied().collect(), area, edge_distance })
+    }
+}
+
+/// Passes the sides of each part of the sole that touches level ground, with as much of the clip
+/// buffer, which lies within the outline, as lies within that part.
+fn for_each_touching_part(
+    scratch: &mut Scratch,
+    sole: &PosedSole,
+    mut touch: impl FnMut(&mut Scratch, &Sides),
+) {
+    let within_sole = BoundedPolygon::from_slice(&scratch.clip.polygon).unwrap_or_default();
+    for sides in sole.touching() {
+        scratch.clip.polygon.clear();
+        scratch.clip.polygon.extend_from_slice(&within_sole);
+        if !sole.pads.is_empty() {
+            clip_to_sides(&mut scratch.clip, &sides, 0.0);
+        }
+        touch(scratch, &sides);
     }
 }
 

@@ -119,8 +119,8 @@ impl Leg {
         self.solve_by(root_from_sole, q, Newton::solve)
     }
 
-    /// Does the same. A leg without closed form is only solved by iterations from the positions in
-    /// `q` and from the standing posture.
+    /// As [`Self::solve`], but a leg without closed form is solved by iterations from the positions
+    /// in `q` and from the standing posture alone: cheaper where there is no solution.
     pub fn solve_near(&self, root_from_sole: &Pose, q: &mut [f64]) -> bool {
         self.solve_by(root_from_sole, q, Newton::solve_near)
     }

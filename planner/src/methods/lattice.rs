@@ -101,7 +101,10 @@ impl Lattice {
             Task::Pop => return self.pop(bench),
             Task::Expand { node, step } => self.expand(bench, node, step)?,
             Task::Primitives { node } => self.add_primitives(bench, node, budget)?,
-            Task::Complete => return self.complete(bench, budget),
+            // Where a transition or a motion fails, another sequence is searched.
+            Task::Complete => {
+                return self.prm.complete(bench, budget, (&mut self.task, Task::Begin));
+            }
         }
         Ok(MethodEvent::Continue)
     }
@@ -273,19 +276,6 @@ impl Lattice {
             }
         }
         Ok(())
-    }
-
-    /// Completes the sequence; where a transition or a motion fails, searches another one.
-    fn complete(
-        &mut self,
-        bench: &mut Workbench<'_>,
-        budget: u64,
-    ) -> Result<MethodEvent, ArenaFull> {
-        let event = self.prm.complete(bench, budget)?;
-        if event.is_none() {
-            self.task = Task::Begin;
-        }
-        Ok(event.unwrap_or(MethodEvent::Continue))
     }
 
     /// Bytes reserved.

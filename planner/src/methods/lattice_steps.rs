@@ -5,14 +5,12 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{rotation_about, yaw_of};
 
-use crate::constraints::foothold::{
-    FootPlacement, Foothold, is_whole, left_and_right, single_mode,
-};
+use crate::constraints::foothold::Foothold;
 use crate::methods::placements::Adaptation;
 use crate::methods::workbench::Workbench;
 use crate::preparation::{sufficient, sufficient_shift};
 use crate::primitives::level_sole::side_of;
-use crate::primitives::transition_configuration::{TransitionPair, first_valid_posture};
+use crate::primitives::transition_configuration::is_valid_step;
 
 /// Longest level step of the reference robot, for which the steps are given, m.
 const REFERENCE_STEP: f64 = 0.75;
@@ -53,7 +51,7 @@ const ADAPTIVE: Adaptation = Adaptation { distance: 0.1, height: HEIGHT, turn: 0
 pub(crate) enum StepTest {
     /// A prepared posture is valid on both transitions, where the step leads exactly.
     Postures,
-    /// The same, where the placement adapts to the ground.
+    /// A prepared posture is valid on both transitions, where the placement adapts to the ground.
     AdaptedPostures,
     /// C_S holds for both half swings and the shift: primitives alone.
     ExpandedGeometry,
@@ -67,33 +65,21 @@ impl StepTest {
 
     /// Whether the robot may stand on one foothold and step onto the other one.
     pub fn holds(self, bench: &Workbench<'_>, [stance, landed]: [&Foothold; 2]) -> bool {
-        let (constraints, steps) =
-            (&bench.context.constraints, bench.context.preparation.step_limits());
-        let soles = left_and_right(stance, landed).map(|foothold| &foothold.world_from_sole);
-        if !steps.may_step(soles) || constraints.collision.feet_hit(soles) {
+        if !bench.may_step([stance, landed]) {
             return false;
         }
         if self == Self::ExpandedGeometry {
             return is_primitive(bench, [stance, landed]);
         }
-        let is_valid = |stance: &Foothold, other: &Foothold| {
-            let pair = TransitionPair { stance, other };
-            first_valid_posture(constraints, &single_mode(stance), pair).is_some()
-        };
-        is_valid(stance, landed) && is_valid(landed, stance)
+        is_valid_step(&bench.context.constraints, [stance, landed])
     }
 }
 
 /// Whether C_S holds for all primitives between two footholds.
 fn is_primitive(bench: &Workbench<'_>, footholds: [&Foothold; 2]) -> bool {
     let (constraints, preparation) = (&bench.context.constraints, &bench.context.preparation);
-    let placed = |foothold: &Foothold| FootPlacement {
-        limb: foothold.limb,
-        world_from_sole: foothold.world_from_sole,
-        is_whole: is_whole(&constraints.robot, foothold.limb, &foothold.support),
-    };
-    let [first, second] = footholds.map(placed);
     let (robot, collision) = (&constraints.robot, &constraints.collision);
+    let [first, second] = footholds.map(|foothold| foothold.placement(robot));
     let (left, right) = if first.limb == 0 { (&first, &second) } else { (&second, &first) };
     sufficient(preparation, robot, collision, &first, &second)
         && sufficient(preparation, robot, collision, &second, &first)

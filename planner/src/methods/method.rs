@@ -6,10 +6,10 @@ pub enum Method {
     /// The Randomized Possibility Graph [Grey 3, 4].
     #[default]
     Rpg,
-    /// The same, but stage M samples placements uniformly in discs about the route, without any
+    /// As `Rpg`, but stage M samples placements uniformly in discs about the route, without any
     /// ideals: rho as a parameter of the full planner [Grey 5.7.2].
     RpgDiscs,
-    /// Its simplified form, w-RPG [Grey 5.3].
+    /// The simplified form of `Rpg`, w-RPG [Grey 5.3].
     WRpg,
     /// w-RPG without stage P: placements are uniform over the world [Grey 5.7].
     Mmprm,
@@ -17,7 +17,7 @@ pub enum Method {
     RandomMmp,
     /// A* over a fixed set of steps (Kuffner 2001, Chestnutt 2005).
     Astar,
-    /// The same with placements adapted to the ground (Chestnutt 2007).
+    /// As `Astar`, with placements adapted to the ground (Chestnutt 2007).
     AstarAdaptive,
     /// A* over the same steps where C_S holds, with primitives alone [Grey 2.1, 4.1.1].
     BoundingBox,

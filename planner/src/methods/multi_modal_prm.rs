@@ -120,20 +120,23 @@ impl MultiModalPrm {
         }
     }
 
-    /// Advances a given sequence by at most `budget` units of work; `None` where it fails.
+    /// Advances a given sequence by at most `budget` units of work. Where it fails, the method's
+    /// `task` becomes `again`.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn complete(
+    pub fn complete<T>(
         &mut self,
         bench: &mut Workbench<'_>,
         budget: u64,
-    ) -> Result<Option<MethodEvent>, ArenaFull> {
-        Ok(match self.advance(bench, budget)? {
-            Progress::Complete => Some(MethodEvent::Found),
-            Progress::Working => Some(MethodEvent::Continue),
-            Progress::Failed | Progress::Disconnected => None,
-        })
+        (task, again): (&mut T, T),
+    ) -> Result<MethodEvent, ArenaFull> {
+        match self.advance(bench, budget)? {
+            Progress::Complete => return Ok(MethodEvent::Found),
+            Progress::Working => {}
+            Progress::Failed | Progress::Disconnected => *task = again,
+        }
+        Ok(MethodEvent::Continue)
     }
 
     /// Begins to search a sequence.

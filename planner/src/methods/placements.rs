@@ -40,8 +40,7 @@ pub(crate) fn foothold_near(
 ) -> Option<Foothold> {
     let constraints = &bench.context.constraints;
     let query = PlacementQuery {
-        sole_polygon: &constraints.robot.soles[limb].polygon,
-        pads: &constraints.robot.soles[limb].pads,
+        sole: SoleShape::of(&constraints.robot.soles[limb]),
         ideal,
         reach_xy: adaptation.distance,
         reach_z: [-adaptation.height, adaptation.height],

@@ -13,7 +13,6 @@ use surefoot_shared_types::base::spatial::{rotation_about, yaw_of};
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
 use crate::base::random::{Random, Stream};
-use crate::constraints::foothold::left_and_right;
 use crate::methods::lattice::transition;
 use crate::methods::multi_modal_prm::MultiModalPrm;
 use crate::methods::placements::{Adaptation, foothold_near};
@@ -111,7 +110,10 @@ impl RandomMmp {
             Task::Sample => self.sample(bench, budget)?,
             Task::Swing => self.swing(bench, budget)?,
             Task::Shift => self.shift(bench, budget)?,
-            Task::Complete => return self.complete(bench, budget),
+            // Where a motion from the start or to the goal fails, the tree grows on.
+            Task::Complete => {
+                return self.prm.complete(bench, budget, (&mut self.task, Task::Choose));
+            }
         }
         Ok(MethodEvent::Continue)
     }
@@ -182,7 +184,9 @@ impl RandomMmp {
         } else {
             landing(bench, stance, &mut random)?
         };
-        if let Some(landed) = landed.filter(|&landed| may_step(bench, stance, landed)) {
+        let footholds = bench.roadmap.graph.footholds();
+        let pair = |landed: FootholdId| [stance, landed].map(|id| &footholds[id as usize]);
+        if let Some(landed) = landed.filter(|&landed| bench.may_step(pair(landed))) {
             bench.counts.transitions += 1;
             let swing = transition(&mut bench.roadmap.graph, stance, landed)?;
             let is_chosen = self.steps.iter().any(|step| step.swing == swing);
@@ -283,19 +287,6 @@ impl RandomMmp {
         Ok(())
     }
 
-    /// Plans the motions from the start and to the goal; where one fails, the tree grows on.
-    fn complete(
-        &mut self,
-        bench: &mut Workbench<'_>,
-        budget: u64,
-    ) -> Result<MethodEvent, ArenaFull> {
-        let event = self.prm.complete(bench, budget)?;
-        if event.is_none() {
-            self.task = Task::Choose;
-        }
-        Ok(event.unwrap_or(MethodEvent::Continue))
-    }
-
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>()
@@ -323,15 +314,6 @@ fn landing(
         Some(known) => Ok(Some(known)),
         None => graph.add_foothold(landed).map(Some),
     }
-}
-
-/// Whether the step limits allow a step, and the feet do not collide.
-fn may_step(bench: &Workbench<'_>, stance: FootholdId, landed: FootholdId) -> bool {
-    let footholds = bench.roadmap.graph.footholds();
-    let [stance, landed] = [stance, landed].map(|id| &footholds[id as usize]);
-    let soles = left_and_right(stance, landed).map(|foothold| &foothold.world_from_sole);
-    bench.context.preparation.step_limits().may_step(soles)
-        && !bench.context.constraints.collision.feet_hit(soles)
 }
 
 /// Samples transitions, or goes on doing so. Returns whether the batch has ended.

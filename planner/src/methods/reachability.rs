@@ -108,11 +108,7 @@ impl Reachability {
             Task::Route => self.seek_route(bench)?,
             Task::Step { stride } => self.step_on(bench, stride)?,
             Task::Complete => {
-                let event = self.prm.complete(bench, budget)?;
-                if event.is_none() {
-                    self.task = Task::Begin;
-                }
-                return Ok(event.unwrap_or(MethodEvent::Continue));
+                return self.prm.complete(bench, budget, (&mut self.task, Task::Begin));
             }
         }
         Ok(MethodEvent::Continue)

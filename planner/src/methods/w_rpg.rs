@@ -10,7 +10,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::base::capacity::ArenaFull;
-use crate::constraints::foothold::left_and_right;
+use crate::constraints::foothold::Foothold;
 use crate::methods::disc_placements::SamplingArea;
 use crate::methods::exploration::{Exploration, ROOT_HEIGHT_SHARE, RouteEvent};
 use crate::methods::method::MethodParameters;
@@ -222,16 +222,13 @@ impl WRpg {
 /// foothold `id`.
 fn next_neighbour(bench: &Workbench<'_>, id: FootholdId, next: FootholdId) -> Option<FootholdId> {
     let graph = &bench.roadmap.graph;
-    let steps = bench.context.preparation.step_limits();
+    let reach = bench.context.preparation.step_limits().reach();
     let here = &graph.footholds()[id as usize];
     let near = graph.near(1 - here.limb, here.world_from_sole.translation);
     let mut earlier =
         near.skip_while(|&(other, _)| other < next).take_while(|&(other, _)| other < id);
-    let may_step = |other: &crate::constraints::foothold::Foothold| {
-        let soles = left_and_right(here, other).map(|foothold| &foothold.world_from_sole);
-        here.distance(other) <= steps.reach()
-            && steps.may_step(soles)
-            && !bench.context.constraints.collision.feet_hit(soles)
+    let may_step = |(_, other): &(FootholdId, &Foothold)| {
+        here.distance(other) <= reach && bench.may_step([here, other])
     };
-    earlier.find(|(_, other)| may_step(other)).map(|(other, _)| other)
+    earlier.find(may_step).map(|(other, _)| other)
 }

@@ -1,6 +1,7 @@
 //! What the methods work with: the context, Gamma_M, and counted work.
 
 use crate::base::capacity::ArenaFull;
+use crate::constraints::foothold::{Foothold, left_and_right};
 use crate::constraints::rejection::Rejection;
 use crate::foot_placement::Scratch;
 use crate::motion::roadmap::Roadmap;
@@ -78,6 +79,13 @@ impl Workbench<'_> {
     /// The longest level step, m.
     pub fn step_max(&self) -> f64 {
         self.context.preparation.step_limits().longest_level_step()
+    }
+
+    /// Whether the step limits allow a step between two footholds, and the feet do not collide.
+    pub fn may_step(&self, [stance, landed]: [&Foothold; 2]) -> bool {
+        let soles = left_and_right(stance, landed).map(|foothold| &foothold.world_from_sole);
+        self.context.preparation.step_limits().may_step(soles)
+            && !self.context.constraints.collision.feet_hit(soles)
     }
 
     /// Advances the batch by at most `budget` units of work. Returns the units spent, and what it

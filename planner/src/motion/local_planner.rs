@@ -126,15 +126,9 @@ impl LocalPlanner {
     ) -> Result<(), Rejection> {
         let feet = foot_phases(mode, self.local_path.swing_foot);
         let next_kinematic_state = &mut self.kinematic_states[1 - self.current];
-        self.state = state_at(
-            constraints,
-            mode,
-            &self.local_path,
-            &self.state,
-            at,
-            &self.com_ends,
-            next_kinematic_state,
-        )?;
+        let path =
+            PathInMode { constraints, mode, path: &self.local_path, com_ends: self.com_ends };
+        self.state = path.state_at(at, &self.state, next_kinematic_state)?;
         constraints.check(mode, next_kinematic_state, feet)
     }
 
@@ -150,15 +144,9 @@ impl LocalPlanner {
         let feet = foot_phases(mode, self.local_path.swing_foot);
         let next_at = (self.at + self.step).min(1.0);
         let trial = 1 - self.current;
-        let next = state_at(
-            constraints,
-            mode,
-            &self.local_path,
-            &self.state,
-            next_at,
-            &self.com_ends,
-            &mut self.kinematic_states[trial],
-        );
+        let path =
+            PathInMode { constraints, mode, path: &self.local_path, com_ends: self.com_ends };
+        let next = path.state_at(next_at, &self.state, &mut self.kinematic_states[trial]);
         let (used, bound) =
             next.as_ref().map_or((2.0, f64::INFINITY), |state| self.step_usage(constraints, state));
         self.step *= (PATH_STEP_AIM / used.max(1e-3)).clamp(0.25, 2.0);
@@ -234,130 +222,142 @@ pub fn feasible_state(
         shape: MotionShape::STRAIGHT,
         swing_foot: FootPhase::Swing,
     };
-    state_at(
-        constraints,
-        mode,
-        &local_path,
-        desired,
-        1.0,
-        &[DVec3::ZERO; 2],
-        &mut KinematicState::default(),
-    )
+    let path = PathInMode { constraints, mode, path: &local_path, com_ends: [DVec3::ZERO; 2] };
+    path.state_at(1.0, desired, &mut KinematicState::default())
 }
 
-/// The state at fraction `t` of a local path, and its kinematic state. Inverse kinematics starts
-/// from the state `previous`; `com_ends` are the centres of mass at both ends, world, m. At the end
-/// of an exact path it is the last state itself.
-fn state_at(
-    constraints: &Constraints,
-    mode: &Mode,
-    local_path: &LocalPath,
-    previous: &ModeState,
-    t: f64,
-    com_ends: &[DVec3; 2],
-    kinematic_state: &mut KinematicState,
-) -> Result<ModeState, Rejection> {
-    let robot = &constraints.robot;
-    if t >= 1.0 && local_path.exact {
-        kinematic_state.update(robot, &local_path.to.configuration);
-        return Ok(local_path.to);
-    }
-    let mut state = *previous;
-    for limb in (0..2).filter(|&limb| !mode.is_stance(limb)) {
-        state.world_from_soles[limb] = swing_pose(local_path, limb, t);
-    }
-    let (from, to) = (&local_path.from.configuration, &local_path.to.configuration);
-    let reference = root_reference(constraints, mode, local_path, &state.world_from_soles, t);
-    for joint in &robot.free_joints {
-        state.configuration.q[joint.index] =
-            from.q[joint.index] + t * (to.q[joint.index] - from.q[joint.index]);
-    }
-    state.configuration.world_from_root = reference;
-    if robot.is_projected_at(reference.rotation) {
-        state.configuration = projected(constraints, mode, local_path, &state, t, kinematic_state)?;
-        return Ok(state);
-    }
-    let reference_com = com_ends[0].lerp(com_ends[1], t).truncate();
-    let com_depth = constraints.com_margin(mode) + COM_TRACKING_TOLERANCE;
-    for _ in 0..WAYPOINT_COM_SHIFTS_MAX {
-        let root = &mut state.configuration.world_from_root;
-        let highest = robot
-            .root_height(root, &state.world_from_soles, [MOVING_LEG_EXTENSION_MAX; 2])
-            .ok_or(Rejection::Unreachable)?;
-        root.translation.z = reference.translation.z.min(highest);
-        if !robot.place_soles_near(&mut state.configuration, &state.world_from_soles) {
-            return Err(Rejection::Unreachable);
+/// A local path in a mode.
+struct PathInMode<'a> {
+    constraints: &'a Constraints,
+    mode: &'a Mode,
+    path: &'a LocalPath,
+    /// The centres of mass at both ends, world, m.
+    com_ends: [DVec3; 2],
+}
+
+impl PathInMode<'_> {
+    /// The state at fraction `t` of the path, and its kinematic state. Inverse kinematics starts
+    /// from the state `previous`. At the end of an exact path it is the last state itself.
+    fn state_at(
+        &self,
+        t: f64,
+        previous: &ModeState,
+        kinematic_state: &mut KinematicState,
+    ) -> Result<ModeState, Rejection> {
+        let robot = &self.constraints.robot;
+        if t >= 1.0 && self.path.exact {
+            kinematic_state.update(robot, &self.path.to.configuration);
+            return Ok(self.path.to);
         }
-        kinematic_state.update(robot, &state.configuration);
-        let com = kinematic_state.com.truncate();
-        let error = if local_path.exact {
-            reference_com - com
+        let mut state = *previous;
+        for limb in (0..2).filter(|&limb| !self.mode.is_stance(limb)) {
+            state.world_from_soles[limb] = swing_pose(self.path, limb, t);
+        }
+        let (from, to) = (&self.path.from.configuration, &self.path.to.configuration);
+        let reference = self.root_reference(t, &state.world_from_soles);
+        for joint in &robot.free_joints {
+            state.configuration.q[joint.index] =
+                from.q[joint.index] + t * (to.q[joint.index] - from.q[joint.index]);
+        }
+        state.configuration.world_from_root = reference;
+        if robot.is_projected_at(reference.rotation) {
+            state.configuration = self.projected(t, &state, kinematic_state)?;
         } else {
-            mode.region.nearest_inside(com, com_depth) - com
+            self.place_legs(t, &mut state, kinematic_state)?;
+        }
+        Ok(state)
+    }
+
+    /// Places the legs of a state on its soles, and shifts its root until the centre of mass is
+    /// where the path leads it, or inside the support region.
+    ///
+    /// # Errors
+    /// [`Rejection::Unreachable`] if the legs do not reach; [`Rejection::Balance`] if the shifts do
+    /// not converge.
+    fn place_legs(
+        &self,
+        t: f64,
+        state: &mut ModeState,
+        kinematic_state: &mut KinematicState,
+    ) -> Result<(), Rejection> {
+        let robot = &self.constraints.robot;
+        let reference_height = state.configuration.world_from_root.translation.z;
+        let reference_com = self.com_ends[0].lerp(self.com_ends[1], t).truncate();
+        let com_depth = self.constraints.com_margin(self.mode) + COM_TRACKING_TOLERANCE;
+        for _ in 0..WAYPOINT_COM_SHIFTS_MAX {
+            let root = &mut state.configuration.world_from_root;
+            let highest = robot
+                .root_height(root, &state.world_from_soles, [MOVING_LEG_EXTENSION_MAX; 2])
+                .ok_or(Rejection::Unreachable)?;
+            root.translation.z = reference_height.min(highest);
+            if !robot.place_soles_near(&mut state.configuration, &state.world_from_soles) {
+                return Err(Rejection::Unreachable);
+            }
+            kinematic_state.update(robot, &state.configuration);
+            let com = kinematic_state.com.truncate();
+            let error = if self.path.exact {
+                reference_com - com
+            } else {
+                self.mode.region.nearest_inside(com, com_depth) - com
+            };
+            if error.length() <= COM_TRACKING_TOLERANCE {
+                return Ok(());
+            }
+            state.configuration.world_from_root.translation += error.extend(0.0);
+        }
+        Err(Rejection::Balance)
+    }
+
+    /// The projection of a state, whose legs need not reach its soles yet, at fraction `t`. On an
+    /// exact path it begins with the legs' joints between those of both ends, which are within
+    /// their limits and change as the path does.
+    ///
+    /// # Errors
+    /// [`Rejection::Unreachable`] if the projection does not converge.
+    fn projected(
+        &self,
+        t: f64,
+        state: &ModeState,
+        kinematic_state: &mut KinematicState,
+    ) -> Result<Configuration, Rejection> {
+        let robot = &self.constraints.robot;
+        let mut begin = state.configuration;
+        if self.path.exact {
+            let [from, to] = [&self.path.from, &self.path.to].map(|end| &end.configuration.q);
+            for joint in robot.legs.iter().flat_map(Leg::joints) {
+                begin.q[joint.index] =
+                    from[joint.index] + t * (to[joint.index] - from[joint.index]);
+            }
+        }
+        let target = ProjectionTarget {
+            world_from_soles: &state.world_from_soles,
+            region: &self.mode.region,
+            com_margin: self.constraints.com_margin(self.mode),
         };
-        if error.length() <= COM_TRACKING_TOLERANCE {
-            return Ok(state);
-        }
-        state.configuration.world_from_root.translation += error.extend(0.0);
+        project(robot, &target, &begin, kinematic_state).ok_or(Rejection::Unreachable)
     }
-    Err(Rejection::Balance)
-}
 
-/// The projection of a state, whose legs need not reach its soles yet, at fraction `t` of a local
-/// path. On an exact path it begins with the legs' joints between those of both ends, which are
-/// within their limits and change as the path does.
-///
-/// # Errors
-/// [`Rejection::Unreachable`] if the projection does not converge.
-fn projected(
-    constraints: &Constraints,
-    mode: &Mode,
-    local_path: &LocalPath,
-    state: &ModeState,
-    t: f64,
-    kinematic_state: &mut KinematicState,
-) -> Result<Configuration, Rejection> {
-    let robot = &constraints.robot;
-    let mut begin = state.configuration;
-    if local_path.exact {
-        let [from, to] = [&local_path.from, &local_path.to].map(|end| &end.configuration.q);
-        for joint in robot.legs.iter().flat_map(Leg::joints) {
-            begin.q[joint.index] = from[joint.index] + t * (to[joint.index] - from[joint.index]);
+    /// The root pose at fraction `t` before the centre of mass is corrected.
+    fn root_reference(&self, t: f64, world_from_soles: &[Pose; 2]) -> Pose {
+        let LocalPath { from, to, shape, .. } = self.path;
+        let ends = [from, to].map(|end| &end.configuration.world_from_root);
+        let mut reference = interpolate(ends[0], ends[1], t);
+        if !shape.raises_root {
+            return reference;
         }
+        if let Some(limb) = self.mode.swing() {
+            reference.rotation = hip_raised(reference.rotation, limb, plateau(t));
+        }
+        let highest = self.constraints.robot.root_height(
+            &reference,
+            world_from_soles,
+            [RAISED_LEG_EXTENSION; 2],
+        );
+        if let Some(highest) = highest {
+            reference.translation.z += plateau(t) * (highest - reference.translation.z).max(0.0);
+        }
+        reference
     }
-    let target = ProjectionTarget {
-        world_from_soles: &state.world_from_soles,
-        region: &mode.region,
-        com_margin: constraints.com_margin(mode),
-    };
-    project(robot, &target, &begin, kinematic_state).ok_or(Rejection::Unreachable)
-}
-
-/// The root pose at fraction `t` before the centre of mass is corrected.
-fn root_reference(
-    constraints: &Constraints,
-    mode: &Mode,
-    local_path: &LocalPath,
-    world_from_soles: &[Pose; 2],
-    t: f64,
-) -> Pose {
-    let mut reference = interpolate(
-        &local_path.from.configuration.world_from_root,
-        &local_path.to.configuration.world_from_root,
-        t,
-    );
-    if !local_path.shape.raises_root {
-        return reference;
-    }
-    if let Some(limb) = mode.swing() {
-        reference.rotation = hip_raised(reference.rotation, limb, plateau(t));
-    }
-    if let Some(highest) =
-        constraints.robot.root_height(&reference, world_from_soles, [RAISED_LEG_EXTENSION; 2])
-    {
-        reference.translation.z += plateau(t) * (highest - reference.translation.z).max(0.0);
-    }
-    reference
 }
 
 /// The root's rotation with the hip of the swing leg raised by a share of [`HIP_RAISE`].

@@ -20,7 +20,7 @@ use crate::motion::transition_sampling::TransitionSampling;
 use crate::motion::tree_pool::{TreeKey, TreePool};
 use crate::motion::tuning::{MOTIONS_PER_PLAN, TREE_NODES_MAX, TREES_MAX};
 use crate::plan::chunk_builder::ModeMotion;
-use crate::primitives::transition_configuration::{TransitionPair, world_from_soles};
+use crate::primitives::transition_pair::TransitionPair;
 use crate::robot::configuration::Configuration;
 
 /// The roadmap, allocated once.
@@ -257,7 +257,7 @@ impl Roadmap {
             return self.boundaries[index].state;
         }
         let (stance, other) = self.graph.pair(node);
-        let world_from_soles = world_from_soles(TransitionPair { stance, other });
+        let world_from_soles = TransitionPair { stance, other }.world_from_soles();
         let configuration =
             *self.graph.configuration(node).unwrap_or(&self.boundaries[START].state.configuration);
         ModeState { configuration, world_from_soles }

@@ -10,9 +10,8 @@ use crate::motion::transition::TransitionPrior;
 use crate::motion::tuning::{
     ATTEMPTS_MAX, CROSSED_ATTEMPTS, PARTIAL_SUPPORT_ATTEMPTS, POSTURE_ATTEMPTS, SUPPORT_SHARE_MIN,
 };
-use crate::primitives::transition_configuration::{
-    TransitionPair, are_crossed, first_valid_posture,
-};
+use crate::primitives::transition_configuration::first_valid_posture;
+use crate::primitives::transition_pair::TransitionPair;
 
 /// The prior of a transition. It grows with the number of primitive postures that fail on its two
 /// footholds before one is valid, with crossed feet, and with partial support unless
@@ -30,7 +29,7 @@ pub fn transition_prior(
             Some(failed) => (POSTURE_ATTEMPTS * failed as u32, 0),
             None => (ATTEMPTS_MAX, TransitionPrior::UNLIKELY),
         };
-    let crossed = if are_crossed(pair) { CROSSED_ATTEMPTS } else { 0 };
+    let crossed = if pair.is_crossed() { CROSSED_ATTEMPTS } else { 0 };
     let is_counted =
         |foothold: &&Foothold| !may_be_partial && has_partial_support(constraints, foothold);
     let partial = [stance, other].into_iter().filter(is_counted).count() as u32;

@@ -16,7 +16,7 @@ use crate::motion::mode_graph::ModeGraph;
 use crate::motion::tuning::ATTEMPTS_MAX;
 use crate::motion::workspace::Workspace;
 use crate::primitives::transition_configuration;
-use crate::primitives::transition_configuration::{TransitionPair, world_from_soles};
+use crate::primitives::transition_pair::TransitionPair;
 use crate::robot::configuration::Configuration;
 
 /// A configuration of a transition, and the state with the touched foot lifted.
@@ -121,7 +121,7 @@ impl TransitionSampling {
             name,
             u64::from(self.attempt),
         )?;
-        let state = ModeState { configuration, world_from_soles: world_from_soles(pair) };
+        let state = ModeState { configuration, world_from_soles: pair.world_from_soles() };
         let attempt = u64::from(self.attempt);
         let lift_off = if transition_configuration::is_unbounded(attempt) {
             let mut random =

@@ -22,7 +22,7 @@ use crate::robot::kinematic_state::KinematicState;
 
 /// A sole nearer to its place at the goal than this stays, m: about what a placed foot is off.
 const STAY_OFFSET_MAX: f64 = 5e-3;
-/// The same for its heading, rad.
+/// A sole turned by less than this from its heading at the goal stays, rad.
 const STAY_TURN_MAX: f64 = 0.02;
 
 /// Stands the robot on the start and on the goal: the boundaries of the first and of the last

@@ -14,9 +14,7 @@ use surefoot_shared_types::world::world::World;
 
 use crate::collision::model::{FootPhase, Hit};
 use crate::constraints::constraints::Constraints;
-use crate::constraints::foothold::{
-    FootPair, FootPlacement, Foothold, double_mode, is_whole, single_mode,
-};
+use crate::constraints::foothold::{FootPair, Foothold, double_mode, single_mode};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
@@ -298,15 +296,8 @@ impl Endpoint {
 
     /// The placements of both feet, if both carry the robot.
     pub(crate) fn pair(&self, robot: &Mechanism) -> Option<FootPair> {
-        let placed = |limb: usize| {
-            let foothold = &self.footholds[limb];
-            FootPlacement {
-                limb,
-                world_from_sole: foothold.world_from_sole,
-                is_whole: is_whole(robot, limb, &foothold.support),
-            }
-        };
-        (self.support == SupportMode::Double).then(|| [placed(0), placed(1)])
+        let placements = || self.footholds.each_ref().map(|foothold| foothold.placement(robot));
+        (self.support == SupportMode::Double).then(placements)
     }
 }
 

@@ -21,9 +21,8 @@ use crate::possibility::{GuideRoute, IdealWidth};
 use crate::preparation::planning_context::PlanningContext;
 use crate::preparation::step_limits::StepLimits;
 use crate::primitives::level_sole::side_of;
-use crate::primitives::transition_configuration::{
-    TransitionPair, first_valid_posture, has_valid_posture, is_reached,
-};
+use crate::primitives::transition_configuration::{has_valid_posture, is_reached, is_valid_step};
+use crate::primitives::transition_pair::TransitionPair;
 
 /// Lowest and highest foothold relative to its ideal, m.
 const GROUND_Z: [f64; 2] = [-0.6, 0.6];
@@ -195,11 +194,7 @@ impl<'a> FootholdSampler<'a> {
         let [stance, other] = [&from[1 - limb], &to[limb]].map(|placed| {
             Foothold::whole(&self.constraints.robot, placed.limb, placed.world_from_sole)
         });
-        let holds = |stance: &Foothold, other: &Foothold| {
-            let pair = TransitionPair { stance, other };
-            first_valid_posture(self.constraints, &single_mode(stance), pair).is_some()
-        };
-        holds(&stance, &other) && holds(&other, &stance)
+        is_valid_step(self.constraints, [&stance, &other])
     }
 
     /// Adds footholds of one foot near a random pose near `pose`.

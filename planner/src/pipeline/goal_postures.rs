@@ -6,9 +6,8 @@ use crate::motion::ids::{GOAL, boundary_node};
 use crate::pipeline::recovery_policy::ALTERNATIVE_FAILURES;
 use crate::pipeline::search::Search;
 use crate::preparation::planning_context::PlanningContext;
-use crate::primitives::transition_configuration::{
-    TransitionPair, sample_double, world_from_soles,
-};
+use crate::primitives::transition_configuration::sample_double;
+use crate::primitives::transition_pair::TransitionPair;
 
 /// Attempts at another posture in one recovery action.
 const ATTEMPTS: u64 = 16;
@@ -53,7 +52,7 @@ impl GoalPostures {
         search.stats.work += self.attempts - first;
         let Some(configuration) = found else { return Ok(()) };
         let [stance, other] = footholds;
-        let world_from_soles = world_from_soles(TransitionPair { stance, other });
+        let world_from_soles = TransitionPair { stance, other }.world_from_soles();
         let state = ModeState { configuration, world_from_soles };
         search.stats.goal_postures += u64::from(search.roadmap.replace_goal(state)?);
         Ok(())

@@ -2,10 +2,29 @@
 //!
 //! `planner` names the stages in order, `stage_table` says which stage follows which. This is
 //! the only folder that imports both stage P (`possibility`) and stage M (`motion`).
+//!
+//! A file `*_stage` is a stage, `segment_cycle` holds two. The files beside it are its parts:
+//!
+//! | what | files |
+//! | --- | --- |
+//! | the frame of all stages | `planner_builder`, `planner`, `stage`, `stage_table`, `search` |
+//! | how a search ends | `outcome`, `outcome_text`, `search_trace` |
+//! | start and goal | `endpoint_stage`, `endpoints`, `goal_postures`, `retrace` |
+//! | direct steps to a near goal | `direct_stage`, `direct_steps` |
+//! | guide routes | `route_stage`, `relaxation_stage`, `live_routes`, `uniform_rounds` |
+//! | footholds along a route | `foothold_stage`, `foothold_order`, `foothold_sampling` |
+//! | transitions between footholds | `connection_stage`, `primitive_stage` |
+//! | segments of a route | `segmentation_stage`, `segmentation`, `segment_searches` |
+//! | stage M along a segment | `segment_stage`, `sequence_stage`, `transition_estimates`, `segment_cycle`, `step_removal` |
+//! | failures | `recovery_stage`, `recovery_policy`, `bottlenecks`, `resorts` |
+//! | the motion of a complete plan | `shortcut_stage`, `smooth_path_stage` |
+//! | its chunks | `chunk_stage`, `timed_chunks` |
+//! | faster walks | `improvement_stage`, `improvement`, `improvement_walk`, `improvement_window`, `trial_motion` |
+//! | other methods | `method_stage` |
 
 mod bottlenecks;
 mod chunk_stage;
-mod connection;
+mod connection_stage;
 mod direct_stage;
 mod direct_steps;
 mod endpoint_stage;
@@ -24,7 +43,7 @@ pub mod outcome;
 mod outcome_text;
 mod planner;
 mod planner_builder;
-mod primitive_steps;
+mod primitive_stage;
 mod recovery_policy;
 mod recovery_stage;
 mod relaxation_stage;

@@ -36,7 +36,7 @@ use crate::pipeline::live_routes::LiveRoutes;
 use crate::pipeline::method_stage::MethodStage;
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::planner::{Planner, Stages};
-use crate::pipeline::primitive_steps::PrimitiveStage;
+use crate::pipeline::primitive_stage::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::relaxation_stage::RelaxationStage;
 use crate::pipeline::resorts::Resorts;

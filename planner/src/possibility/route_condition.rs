@@ -7,7 +7,7 @@ pub enum RouteCondition {
     /// The whole upper body is free in some crouch, both feet have placements, and a prepared
     /// posture steps between vertices.
     UpperBody,
-    /// The same, but of the upper body only the links fixed to the root need be free.
+    /// As `UpperBody`, but of the upper body only the links fixed to the root need be free.
     Root,
     /// The whole upper body is free at a root pose of any height and lean that the vertex carries,
     /// and along a path in SE(3) to the next.

@@ -347,14 +347,14 @@ impl RouteSearch {
         self.connect_directly();
     }
 
-    /// Resets the trees to their roots and the traversed part of the route.
+    /// Resets the trees to their roots and the traversed part of the route, without placements.
     fn reset_trees(&mut self) {
         self.forest.placements.clear();
         self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
         self.reset_vertices();
     }
 
-    /// The same, but keeps all placements.
+    /// Resets the trees to their roots and the traversed part of the route, with all placements.
     fn reset_vertices(&mut self) {
         for (tree, &end) in self.forest.trees.iter_mut().zip(&self.run.ends) {
             tree.set(&[Vertex { parent: 0, ..end }]);

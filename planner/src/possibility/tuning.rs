@@ -57,7 +57,8 @@ pub(crate) const LEG_HALF_WIDTH: f64 = 0.005;
 
 /// Smallest and largest leg extension of a root posture, as a share of the standing one.
 pub(crate) const POSTURE_LEG_EXTENSIONS: [f64; 2] = [0.6, 1.03];
-/// The same of robots whose waist bends, and of the postures of further searches.
+/// Smallest and largest leg extension of a root posture of robots whose waist bends, and of the
+/// postures of further searches, as a share of the standing one.
 pub(crate) const DEEP_LEG_EXTENSIONS: [f64; 2] = [0.45, 1.03];
 /// Smallest and largest forward pitch of the root in a posture, rad.
 pub(crate) const POSTURE_PITCHES: [f64; 2] = [-0.35, 1.6];
@@ -172,7 +173,7 @@ pub(crate) const LEG_END_DISTANCE: f64 = 0.5;
 pub(crate) const PARALLEL_SHORTCUTS: [usize; 2] = [2, BRANCHES_MAX];
 /// Shortcuts tried on a route of up to [`SHORTCUT_SPAN_MAX`] vertices, each by one branch.
 pub(crate) const SHORTCUTS_MAX: usize = 12;
-/// The same on a longer route, for each [`SHORTCUT_SPAN_MAX`] of its vertices.
+/// Shortcuts tried on a longer route for each [`SHORTCUT_SPAN_MAX`] of its vertices.
 pub(crate) const LONG_SHORTCUTS_MAX: usize = 36;
 /// Most vertices that a shortcut spans. Half as many on a longer route, which is about the average
 /// on a short one.

@@ -43,8 +43,9 @@ pub(crate) fn is_in_reach(
 /// The robot above its legs, in its standing posture.
 #[derive(Debug)]
 pub struct UpperBody {
+    /// The links in the root frame, the waist straight.
     root_from_links: Vec<Pose>,
-    /// The same with the waist bent forward.
+    /// The links in the root frame, the waist bent forward.
     root_from_bent_links: Vec<Pose>,
     /// For each link: whether it is rigid with the root.
     is_core: Vec<bool>,

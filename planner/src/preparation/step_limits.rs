@@ -21,7 +21,8 @@ use crate::preparation::tuning::{
     STEP_TURN_MAX, STEP_TURNS, WALKING_WIDTH_MARGIN,
 };
 use crate::primitives::level_sole::side_of;
-use crate::primitives::transition_configuration::{TransitionPair, has_valid_posture};
+use crate::primitives::transition_configuration::has_valid_posture;
+use crate::primitives::transition_pair::TransitionPair;
 use crate::robot::mechanism::Mechanism;
 
 /// Share of the spacing of the sampled turns at which a turn counts as a sampled one.

@@ -3,10 +3,12 @@
 
 pub mod gait;
 pub mod level_sole;
+mod posture_choice;
 pub mod step_path;
 pub mod step_state;
 pub mod step_trajectory;
 pub mod transition_configuration;
+pub mod transition_pair;
 mod tuning;
 
 pub use gait::Gait;

@@ -17,7 +17,7 @@ use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::primitives::gait::Gait;
 use crate::primitives::level_sole::{LevelSole, side_of};
-use crate::primitives::transition_configuration::mean_yaw;
+use crate::primitives::transition_pair::TransitionPair;
 use crate::robot::configuration::Configuration;
 use crate::robot::mechanism::Mechanism;
 use crate::robot::posture_ik::{Posture, solve_posture};
@@ -145,7 +145,7 @@ pub fn configuration(
     stance: &Foothold,
     other: &Foothold,
 ) -> Result<ModeState, Rejection> {
-    let yaw = mean_yaw(stance.world_from_sole.rotation, other.world_from_sole.rotation);
+    let yaw = TransitionPair { stance, other }.heading();
     solved_state(robot, gait, stance, &other.world_from_sole, yaw)
 }
 

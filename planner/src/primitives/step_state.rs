@@ -3,17 +3,10 @@
 //! [`PrimitiveTrajectory`](crate::primitives::PrimitiveTrajectory) meets every constraint.
 
 use crate::collision::model::FootPhase;
-use crate::constraints::foothold::{FootPlacement, Foothold, is_whole};
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::primitives::step_path::LANDING;
 use crate::robot::mechanism::Mechanism;
-
-/// The placement of a foothold, for C_S.
-pub fn placement_of(robot: &Mechanism, foothold: &Foothold) -> FootPlacement {
-    let is_whole = is_whole(robot, foothold.limb, &foothold.support);
-    FootPlacement { limb: foothold.limb, world_from_sole: foothold.world_from_sole, is_whole }
-}
 
 /// The swing foot's phase in a section of a half swing.
 pub fn foot_phase(section: usize) -> FootPhase {

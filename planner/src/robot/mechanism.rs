@@ -140,8 +140,8 @@ impl Mechanism {
         self.place_soles_by(configuration, world_from_soles, Leg::solve)
     }
 
-    /// Does the same with [`Leg::solve_near`], which is cheaper where there is no solution: for
-    /// samples.
+    /// As [`Self::place_soles`], by [`Leg::solve_near`], which is cheaper where there is no
+    /// solution: for samples.
     pub fn place_soles_near(
         &self,
         configuration: &mut Configuration,

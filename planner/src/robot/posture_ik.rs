@@ -53,7 +53,7 @@ pub fn solve_posture(
     Ok((configuration, kinematic_state))
 }
 
-/// Does the same and overwrites `kinematic_state` with the state of the result.
+/// As [`solve_posture`]; overwrites `kinematic_state` with the state of the result.
 ///
 /// # Errors
 /// A leg does not reach its sole, or the centre of mass does not converge.

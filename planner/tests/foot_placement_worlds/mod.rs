@@ -6,7 +6,8 @@
 use glam::{DVec2, DVec3};
 use surefoot_planner::foot_placement::sole_support::{NoSupport, Support};
 use surefoot_planner::foot_placement::{
-    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SupportedSole, Surfaces, propose,
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SoleShape, SupportedSole, Surfaces,
+    propose,
 };
 use surefoot_shared_types::base::spatial::{rotation_about, rotation_from_rpy};
 use surefoot_shared_types::world::world::{World, WorldShape};
@@ -173,8 +174,7 @@ pub fn free(_: &Pose) -> bool {
 
 pub fn query<'a>(sole_polygon: &'a [DVec2], ideal: Pose) -> PlacementQuery<'a> {
     PlacementQuery {
-        sole_polygon,
-        pads: &[],
+        sole: SoleShape::flat(sole_polygon),
         ideal,
         reach_xy: 0.3,
         reach_z: [-0.3, 0.3],

@@ -31,11 +31,6 @@ impl Parameter {
         let (planner, checker, execution) = Default::default();
         (self.value)(&planner, &checker, &execution)
     }
-
-    /// The table and the key of the parameter within it.
-    pub fn table_and_key(&self) -> (&'static str, &'static str) {
-        self.name.split_once('.').unwrap_or(("", self.name))
-    }
 }
 
 /// The value of a parameter, in the parameter's unit.

@@ -23,8 +23,9 @@ use crate::world::world::{World, WorldShape};
 
 /// Largest distance of the first waypoint's soles from the start stance, m.
 const START_TOLERANCE: f64 = 2e-3;
-/// Tilt (sine) and difference in height (m) below which the ground of a sole counts as level.
+/// Tilt (sine) below which the ground of a sole counts as level.
 const LEVEL_TILT_MAX: f64 = 1e-9;
+/// Difference in height (m) below which it does.
 const LEVEL_OFFSET_MAX: f64 = 1e-9;
 /// Largest difference in height (m) between a stance and its ground.
 const GROUND_OFFSET_MAX: f64 = 0.1;
@@ -261,7 +262,7 @@ fn root_pose(waypoint: &Waypoint, robot: &RobotModel) -> ([f64; 3], [f64; 4]) {
         return (position, rotation);
     }
     let world_from_root = Pose::from_parts(position.into(), DQuat::from_array(rotation));
-    let pose = pose_block(&(world_from_root * root_from_urdf_root));
+    let pose = PoseBlock::of(&(world_from_root * root_from_urdf_root));
     (pose.xyz, pose.quat_xyzw)
 }
 
@@ -316,7 +317,7 @@ fn acceleration_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
 fn foot_block(foot: &Foot, robot: &RobotModel) -> FootBlock {
     FootBlock {
         link: robot.links[foot.link].name.clone(),
-        sole_pose: pose_block(&foot.link_from_sole),
+        sole_pose: PoseBlock::of(&foot.link_from_sole),
         polygon: foot.polygon.iter().map(|corner| corner.to_array()).collect(),
     }
 }
@@ -344,7 +345,7 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
     };
     SceneShapeBlock {
         name: shape.name.clone(),
-        pose: pose_block(&shape.world_from_shape),
+        pose: PoseBlock::of(&shape.world_from_shape),
         shape: block,
     }
 }
@@ -390,7 +391,7 @@ fn goal_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> 
             let ContactBlock { foot, sole_pose } = contact_block(contact, robot);
             if let Some(level) = soles.get_mut(&foot) {
                 *level = on_ground(level, &sole_pose);
-                let heading = yaw_of(DQuat::from_array(sole_pose.quat_xyzw).normalize());
+                let heading = yaw_of(sole_pose.pose().rotation);
                 let turn = wrap_angle(heading - scenario.goal.yaw).abs();
                 let used = METRES_PER_RADIAN * turn.min(scenario.goal_tolerance.yaw);
                 *tol = tol.max(used + TOLERANCE_ROUNDING);
@@ -403,9 +404,9 @@ fn goal_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> 
 /// A level sole pose moved vertically, and tilted, onto the plane of the sole of a contact. The
 /// same pose if that plane is level at its height, or more than 10 cm higher or lower.
 pub fn on_ground(level: &PoseBlock, contact: &PoseBlock) -> PoseBlock {
-    let rotation = |pose: &PoseBlock| DQuat::from_array(pose.quat_xyzw).normalize();
-    let normal = rotation(contact) * DVec3::Z;
-    let [position, on_plane] = [level.xyz, contact.xyz].map(DVec3::from);
+    let [level_pose, contact] = [level.pose(), contact.pose()];
+    let normal = contact.rotation * DVec3::Z;
+    let [position, on_plane] = [level_pose.translation, contact.translation];
     let slope = -normal.truncate() / normal.z;
     let height = on_plane.z + slope.dot((position - on_plane).truncate());
     let is_level = normal.truncate().length() < LEVEL_TILT_MAX
@@ -414,22 +415,19 @@ pub fn on_ground(level: &PoseBlock, contact: &PoseBlock) -> PoseBlock {
     if is_level || is_other_ground || normal.z <= 0.0 {
         return *level;
     }
-    pose_block(&Pose::from_parts(
+    PoseBlock::of(&Pose::from_parts(
         position.truncate().extend(height),
-        DQuat::from_rotation_arc(DVec3::Z, normal) * rotation(level),
+        DQuat::from_rotation_arc(DVec3::Z, normal) * level_pose.rotation,
     ))
 }
 
-fn end_block(robot: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {
+/// The end of a plan that a stance (soles side by side, level) with a tolerance (m) asks for.
+pub fn end_block(robot: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {
     let soles: BTreeMap<_, _> = robot
         .feet
         .iter()
         .zip(stance.world_from_soles())
-        .map(|(foot, pose)| (foot.name.clone(), pose_block(&pose)))
+        .map(|(foot, pose)| (foot.name.clone(), PoseBlock::of(&pose)))
         .collect();
     EndBlock::Feet { soles, tol }
-}
-
-fn pose_block(pose: &Pose) -> PoseBlock {
-    PoseBlock { xyz: pose.translation.to_array(), quat_xyzw: pose.rotation.to_array() }
 }

@@ -2,7 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use glam::DQuat;
 use serde::{Deserialize, Serialize};
+
+use crate::base::spatial::Pose;
 
 /// The `schema` field of every plan file.
 pub const SCHEMA: &str = "biped-plan/1";
@@ -66,6 +69,18 @@ pub struct PoseBlock {
     /// Rotation.
     #[serde(default = "identity_quat")]
     pub quat_xyzw: [f64; 4],
+}
+
+impl PoseBlock {
+    /// The block of a pose.
+    pub fn of(pose: &Pose) -> Self {
+        Self { xyz: pose.translation.to_array(), quat_xyzw: pose.rotation.to_array() }
+    }
+
+    /// The pose, with a rotation of unit length.
+    pub fn pose(&self) -> Pose {
+        Pose::from_parts(self.xyz.into(), DQuat::from_array(self.quat_xyzw).normalize())
+    }
 }
 
 /// The robot of a plan.

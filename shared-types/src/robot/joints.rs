@@ -152,28 +152,14 @@ fn moving_joint(
     let mut refuse = |message: String| {
         errors.push(limit.location.error(format!("joint '{}'", joint.name), message))
     };
-    if !states_range(joint, limit) && lower == upper {
-        refuse(
-            "its <limit> states neither lower nor upper; state them, or a range under [position_limits], or lock the joint in the robot file"
-                .to_owned(),
-        );
-    } else if !(lower < upper && lower.is_finite() && upper.is_finite()) {
-        refuse(format!(
-            "its limits {lower}..{upper} leave no range of motion; correct them or lock it in the robot file"
-        ));
+    if let Err(message) = check_range(joint, limit, [lower, upper]) {
+        refuse(message);
     }
-    let mut positive = |name: &str, stated: Option<f64>, instead: &str| match stated {
-        Some(number) if number > 0.0 => number.min(NUMBER_MAX),
-        Some(number) => {
-            refuse(format!(
-                "{name} must be positive, but is {number}; state it in <limit>{instead}, or lock the joint in the robot file"
-            ));
+    let mut positive = |name: &str, stated: Option<f64>, instead: &str| {
+        positive_limit(name, stated, instead).unwrap_or_else(|message| {
+            refuse(message);
             0.0
-        }
-        None => {
-            refuse(format!("its <limit> has no {name}; state it{instead}, or lock the joint"));
-            0.0
-        }
+        })
     };
     let stated_here = spec.effort_limits.get(&joint.name).map(|(effort, _)| *effort);
     let stated_effort = limit.effort.filter(|effort| *effort != 0.0).or(stated_here);
@@ -197,6 +183,30 @@ fn moving_joint(
         velocity,
         stated_acceleration,
     }))
+}
+
+/// Checks that a moving joint has a range of motion.
+fn check_range(joint: &UrdfJoint, limit: &Limit, [lower, upper]: [f64; 2]) -> Result<(), String> {
+    if !states_range(joint, limit) && lower == upper {
+        return Err("its <limit> states neither lower nor upper; state them, or a range under [position_limits], or lock the joint in the robot file".into());
+    }
+    if lower < upper && lower.is_finite() && upper.is_finite() {
+        return Ok(());
+    }
+    Err(format!(
+        "its limits {lower}..{upper} leave no range of motion; correct them or lock it in the robot file"
+    ))
+}
+
+/// A limit of this name, at most [`NUMBER_MAX`]. `instead` is where else it may be stated.
+fn positive_limit(name: &str, stated: Option<f64>, instead: &str) -> Result<f64, String> {
+    match stated {
+        Some(number) if number > 0.0 => Ok(number.min(NUMBER_MAX)),
+        Some(number) => Err(format!(
+            "{name} must be positive, but is {number}; state it in <limit>{instead}, or lock the joint in the robot file"
+        )),
+        None => Err(format!("its <limit> has no {name}; state it{instead}, or lock the joint")),
+    }
 }
 
 /// The limit of a joint without a `<limit>`, which URDF allows for continuous ones: the robot file

@@ -13,6 +13,7 @@ pub mod model;
 pub(crate) mod robot_file;
 pub(crate) mod sole;
 pub(crate) mod spec;
+pub(crate) mod spec_check;
 pub(crate) mod surface_points;
 pub(crate) mod tree;
 pub(crate) mod turned_root;

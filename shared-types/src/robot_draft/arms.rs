@@ -10,14 +10,16 @@ use crate::robot_draft::body::LinkShapes;
 use crate::robot_draft::leg_ik::usable_range;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
-/// Turns of the shoulder and of the elbow that are tried, rad.
+/// Turns of the shoulder that are tried, rad.
 const SHOULDER_TURNS: [f64; 13] =
     [0.0, 0.1, -0.1, 0.2, -0.2, 0.35, -0.35, 0.6, -0.6, 1.0, -1.0, 1.3, -1.3];
+/// Turns of the elbow that are tried, rad.
 const ELBOW_TURNS: [f64; 5] = [0.0, 0.4, -0.4, 0.8, -0.8];
 /// The clearance that is sought, m.
 const CLEARANCE: f64 = 0.03;
-/// What a missing clearance costs; further terms are shares and angles.
+/// What a missing clearance costs, all of it.
 const CLEARANCE_COST: f64 = 10.0;
+/// What a turn costs by radian.
 const TURN_COST: f64 = 0.1;
 /// Axes this near to a direction lie along it.
 const ALONG_MIN: f64 = 0.8;

@@ -6,9 +6,10 @@ use crate::robot::urdf_link::LIGHT_MAX;
 use crate::robot_draft::body::LinkShapes;
 use crate::robot_draft::skeleton::{NodeIndex, RANGE, Skeleton, lacks_range};
 
-/// Effort of a leg's joint and of any other, N m per kg of the whole robot. Knees of published
-/// humanoids lie between 2 and 6.
+/// Effort of a leg's joint, N m per kg of the whole robot. Knees of published humanoids lie between
+/// 2 and 6.
 const LEG_EFFORT: f64 = 3.0;
+/// Effort of any other joint, N m per kg of the whole robot.
 const OTHER_EFFORT: f64 = 0.5;
 /// Speed of a joint, rad/s; geared joints of humanoids reach 4 to 20.
 const VELOCITY: f64 = 4.0;

@@ -6,6 +6,7 @@ use crate::base::spatial::{Pose, scaled_axis_from_rotation};
 use crate::robot::model::JointKind;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
+/// Most steps of the iteration.
 const ITERATIONS_MAX: usize = 300;
 /// Errors below this are none, m and rad.
 const TOLERANCE: f64 = 1e-8;
@@ -13,8 +14,9 @@ const TOLERANCE: f64 = 1e-8;
 const DAMPING: f64 = 1e-6;
 /// The longest step of a joint, rad or m.
 const STEP_MAX: f64 = 0.2;
-/// What solutions keep to the limits: this angle, or this share of the range if that is less.
+/// Distance that solutions keep to the limits, rad or m.
 const LIMIT_MARGIN: f64 = 0.05;
+/// Distance that solutions keep to the limits as a share of the range, where that is less.
 const LIMIT_MARGIN_SHARE: f64 = 0.05;
 
 /// A frame to be placed by the joints of a chain.

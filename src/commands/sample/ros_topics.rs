@@ -13,7 +13,7 @@ use surefoot_shared_types::message::{Description, PlanChunk, SetPoint, Waypoint}
 
 use crate::export::ros::messages::{
     Duration, Header, JointState, JointTrajectory, JointTrajectoryPoint, MultiDofJointTrajectory,
-    MultiDofJointTrajectoryPoint, TfMessage, TransformStamped, Twist, WORLD_FRAME,
+    MultiDofJointTrajectoryPoint, TfMessage, Time, TransformStamped, Twist, WORLD_FRAME,
 };
 use crate::export::ros::ros_type::RosMessage;
 use crate::report::command_error::CommandError;
@@ -181,10 +181,7 @@ fn text(name: &Name) -> Result<String, CommandError> {
 
 /// A header at a time in ns since 1970.
 fn header(time_ns: i64, frame: &str) -> Header {
-    let mut header = Header::at(0.0, frame);
-    header.stamp.sec = i32::try_from(time_ns.div_euclid(1_000_000_000)).unwrap_or(i32::MAX);
-    header.stamp.nanosec = time_ns.rem_euclid(1_000_000_000) as u32;
-    header
+    Header { stamp: Time::of_nanoseconds(time_ns), frame_id: frame.to_owned() }
 }
 
 /// The time since 1970, ns: ROS 2 stamps messages with it.

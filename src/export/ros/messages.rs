@@ -267,9 +267,14 @@ pub fn nanoseconds(seconds: f64) -> i64 {
 impl Time {
     /// The time this many seconds after the epoch.
     pub fn of(seconds: f64) -> Self {
-        let total = nanoseconds(seconds);
-        let (sec, nanosec) = (total.div_euclid(NANOSECONDS), total.rem_euclid(NANOSECONDS));
-        Self { sec: sec as i32, nanosec: nanosec as u32 }
+        Self::of_nanoseconds(nanoseconds(seconds))
+    }
+
+    /// The time this many nanoseconds after the epoch; the last one that a message can state if it
+    /// is later, in the year 2038.
+    pub fn of_nanoseconds(total: i64) -> Self {
+        let sec = i32::try_from(total.div_euclid(NANOSECONDS)).unwrap_or(i32::MAX);
+        Self { sec, nanosec: total.rem_euclid(NANOSECONDS) as u32 }
     }
 }
 

@@ -73,7 +73,8 @@ impl Threads {
         self.for_each_beside(|| (), items, work);
     }
 
-    /// Does the same while this thread runs `first`, after which it takes items too.
+    /// Runs `work` on each item, in any order, while this thread runs `first`, after which it takes
+    /// items too. Returns the result of `first`.
     pub fn for_each_beside<A, T: Send>(
         &self,
         first: impl FnOnce() -> A,
@@ -109,7 +110,8 @@ impl Threads {
         self.map_beside(|| (), items, make).1
     }
 
-    /// Does the same while this thread runs `first`, after which it takes items too.
+    /// The results of a function for all items, in order, made while this thread runs `first`, after
+    /// which it takes items too; before them the result of `first`.
     pub fn map_beside<A, T: Copy + Send, U: Default + Send, const N: usize>(
         &self,
         first: impl FnOnce() -> A,

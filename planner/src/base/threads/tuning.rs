@@ -10,7 +10,7 @@ pub const ITEMS_MAX: usize = 4_000;
 /// because waking a thread takes 50 µs.
 pub const POLLING_TIME: u64 = 2_000_000;
 
-/// The same while no search runs, ns.
+/// Time that a helper polls for items before it sleeps while no search runs, ns.
 pub const POLLING_TIME_WITHOUT_SEARCH: u64 = 100_000;
 
 /// Time after which a helper without an item yields its core, ns. On a core that another thread
@@ -23,7 +23,7 @@ pub const CALLER_INTERVAL: u64 = 1_000_000;
 /// Shortest time without the core that counts as preempted, ns: longer than an interrupt.
 pub const HELPER_LOST_MIN: u64 = 60_000;
 
-/// The same for the searching thread, ns.
+/// Shortest time without the core after which the searching thread counts as preempted, ns.
 pub const CALLER_LOST_MIN: u64 = 500_000;
 
 /// A helper stays away for this many times as long as it, or the searching thread, was preempted.

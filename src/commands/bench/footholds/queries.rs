@@ -5,7 +5,8 @@ use serde::Serialize;
 use surefoot_planner::PlannerError;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::foot_placement::{
-    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces, propose, propose_nests,
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SoleShape, Surfaces, propose,
+    propose_nests,
 };
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_about;
@@ -138,8 +139,7 @@ fn request(sole: &[DVec2], seed: u64, query: u64) -> PlacementQuery<'_> {
     let position = DVec3::new(within(IDEALS.x), within(IDEALS.y), within(IDEALS.z));
     let heading = within(std::f64::consts::PI);
     PlacementQuery {
-        sole_polygon: sole,
-        pads: &[],
+        sole: SoleShape::flat(sole),
         ideal: Pose::from_parts(position, rotation_about(DVec3::Z, heading)),
         reach_xy: REACH,
         reach_z: [-REACH, REACH],

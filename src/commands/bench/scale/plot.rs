@@ -100,44 +100,30 @@ pub fn log_log(title: &str, x_name: &str, y_name: &str, curves: &[Curve]) -> Str
 }
 
 fn draw_grid(svg: &mut String, x: &Axis, y: &Axis) {
-    let colour = |whole| if whole { "#b0b0b0" } else { "#e8e8e8" };
     for (value, whole) in x.ticks() {
         let at = x.at(value);
-        let _ = writeln!(
-            svg,
-            "<path d=\"M{at:.1} {:.1}V{:.1}\" stroke=\"{}\"/>",
-            y.from,
-            y.to,
-            colour(whole)
-        );
+        draw_grid_line(svg, &format!("M{at:.1} {:.1}V{:.1}", y.from, y.to), whole);
         if whole {
-            let _ = writeln!(
-                svg,
-                "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-                y.from + 18.0,
-                label(value)
-            );
+            draw_number(svg, [at, y.from + 18.0], "middle", value);
         }
     }
     for (value, whole) in y.ticks() {
         let at = y.at(value);
-        let _ = writeln!(
-            svg,
-            "<path d=\"M{:.1} {at:.1}H{:.1}\" stroke=\"{}\"/>",
-            x.from,
-            x.to,
-            colour(whole)
-        );
+        draw_grid_line(svg, &format!("M{:.1} {at:.1}H{:.1}", x.from, x.to), whole);
         if whole {
-            let _ = writeln!(
-                svg,
-                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                x.from - 8.0,
-                at + 4.0,
-                label(value)
-            );
+            draw_number(svg, [x.from - 8.0, at + 4.0], "end", value);
         }
     }
+}
+
+fn draw_grid_line(svg: &mut String, path: &str, whole: bool) {
+    let colour = if whole { "#b0b0b0" } else { "#e8e8e8" };
+    let _ = writeln!(svg, "<path d=\"{path}\" stroke=\"{colour}\"/>");
+}
+
+fn draw_number(svg: &mut String, [x, y]: [f64; 2], anchor: &str, value: f64) {
+    let text = label(value);
+    let _ = writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{text}</text>");
 }
 
 fn draw_curve(
