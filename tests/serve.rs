@@ -91,6 +91,12 @@ fn clients_request_one_walk_after_the_other_and_a_monitor_receives_them() {
         output.out,
         output.err
     );
+    for start in [&[][..], &["--start", "0,0,0,0"]] {
+        let output = pair.request(&[start, &["--goal", "3000,0,0,0"]].concat());
+        let asks = output.out.contains("m from the start: millimetres? positions are in m");
+        assert!(output.code == 2 && asks, "{start:?}: {}{}", output.out, output.err);
+        assert_eq!(output.err.lines().last().map(|line| line.contains("goal: it is")), Some(true));
+    }
     let output = pair.request(&["--cancel"]);
     assert_eq!(
         (output.code, output.out.starts_with("cancelled")),

@@ -16,6 +16,7 @@ use std::sync::Barrier;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
+use bytemuck::Zeroable;
 use chunk_stream::plan;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
@@ -24,6 +25,7 @@ use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubsc
 use surefoot_controller_sim::channel::{ReceiverStats, Refusal};
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
+use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
@@ -361,7 +363,7 @@ fn a_process_that_forges_damaged_chunks_holds_up_no_delivery() {
     });
     assert_eq!((delivery.outcome, ended), (DeliveryOutcome::Accepted, StreamEnd::Finished));
     assert_eq!(seen, (0..100).collect::<Vec<_>>());
-    assert!(stats.other_senders > 20 && stats.accepted == 100, "{stats:?}");
+    assert!(stats.other_senders > 5 && stats.accepted == 100, "{stats:?}");
     test_instance.close();
 }
 
@@ -529,12 +531,20 @@ impl Forger {
     }
 }
 
+/// Whether the controller names its publisher, as ours does. One of another program need not.
+#[derive(Clone, Copy, PartialEq)]
+enum Controller {
+    Named,
+    Unnamed,
+}
+
 /// Delivers `chunks` to a controller that takes 2 ms for each, while another process forges
 /// feedback; returns the delivery and the chunks that the controller checked. All ports exist
 /// before the first message: iceoryx2 does not repeat a connection that fails, and of the three
 /// processes only planner and controller make their ports anew.
 fn deliver_beside(
     chunks: &[PlanChunk],
+    controller: Controller,
     forging: impl FnMut(&Feedback) -> Option<Feedback> + Send,
 ) -> (Delivery, Vec<u64>) {
     let test_instance = TestInstance::new();
@@ -550,6 +560,10 @@ fn deliver_beside(
         let controller = scope.spawn(move || {
             let mut seen = Vec::new();
             let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
+            if controller == Controller::Unnamed {
+                let named = fs::File::options().write(true).open(from.root().join("controller"));
+                named.unwrap().set_len(0).unwrap();
+            }
             all_open.wait();
             let mut check_chunk = accept_all(&mut seen, Duration::from_millis(2));
             let is_going = || !over.load(Ordering::Relaxed);
@@ -571,12 +585,111 @@ fn deliver_beside(
     found
 }
 
+/// What a forger makes of the controller's feedback: a refusal, the acceptance of a whole plan that
+/// ends with the digest `end`, a later epoch, and the feedback of another controller.
+fn forged_feedback(feedback: &Feedback, chunks: u64, end: Digest) -> [Feedback; 4] {
+    let lie = Feedback { count: feedback.count + 1, gaps: FORGED_GAPS, ..*feedback };
+    let (verdict, check) = (Verdict::Refused as u32, Check::Torque as u32);
+    let (sequence, walk) = (lie.next_sequence, Feedback { next_sequence: chunks, ..lie });
+    [
+        Feedback { verdict, check, refused_sequence: sequence, refused_waypoint: 1, ..lie },
+        Feedback { stream: end, finished: 1, ..walk },
+        Feedback { epoch: lie.epoch + 1, ..lie },
+        Feedback { controller_id: 99, ..lie },
+    ]
+}
+
+/// The count of gaps in forged feedback.
+const FORGED_GAPS: u64 = 1 << 40;
+
+/// Every message of the controller is answered by a forged one, each claim in turn for 20 of them,
+/// so that it is repeated more often than a claim needs.
+#[test]
+fn feedback_that_the_controller_did_not_send_is_dropped_whatever_it_contains() {
+    let chunks = plan(200);
+    let end = chunks[199].stream_after();
+    let mut forged = 0;
+    let (delivery, seen) = deliver_beside(&chunks, Controller::Named, |feedback| {
+        assert!(feedback.gaps < FORGED_GAPS, "observers skip forged feedback, too");
+        forged += 1;
+        (feedback.session != 0).then(|| forged_feedback(feedback, 200, end)[forged / 20 % 4])
+    });
+    let Delivery { outcome, accepted, other_senders, .. } = delivery;
+    assert_eq!((outcome, accepted), (DeliveryOutcome::Accepted, 200));
+    assert!(other_senders > 10, "{other_senders} of {forged} dropped");
+    assert_eq!(delivery.feedback.map(|feedback| feedback.gaps < FORGED_GAPS), Some(true));
+    assert_eq!(seen, (0..200).collect::<Vec<_>>());
+}
+
+/// A process that publishes forged feedback as fast as it can, beside a controller that answers at
+/// once.
+#[test]
+fn a_flood_of_forged_feedback_delays_no_delivery() {
+    let (test_instance, chunks) = (TestInstance::new(), plan(200));
+    let (over, is_open) = (AtomicBool::new(false), Barrier::new(2));
+    let (delivery, seen) = std::thread::scope(|scope| {
+        let [to, from, beside] = [(); 3].map(|()| test_instance.attach());
+        let (over, is_open) = (&over, &is_open);
+        scope.spawn(move || {
+            let forger = Forger::open(&beside);
+            is_open.wait();
+            while !over.load(Ordering::Relaxed) {
+                forger.publisher.send_copy(Feedback::zeroed()).unwrap();
+            }
+        });
+        is_open.wait();
+        let controller = scope.spawn(move || receive(&from, Duration::ZERO));
+        let delivery = deliver(&to, &chunks);
+        over.store(true, Ordering::Relaxed);
+        (delivery, controller.join().unwrap().1)
+    });
+    assert_eq!((delivery.outcome, seen.len()), (DeliveryOutcome::Accepted, 200));
+    assert!(delivery.other_senders > 100, "{} dropped", delivery.other_senders);
+    test_instance.close();
+}
+
+/// The planner leaves after three chunks of five, while another process has a publisher of chunks
+/// open.
+#[test]
+fn another_publisher_does_not_hide_that_the_planner_left() {
+    let (test_instance, chunks) = (TestInstance::new(), plan(5));
+    let beside = test_instance.attach();
+    let participant = Participant::open(&beside).unwrap();
+    let publisher = participant.chunks.publisher_builder().create().unwrap();
+    let (ended, lingered) = std::thread::scope(|scope| {
+        let (to, from) = (test_instance.attach(), test_instance.attach());
+        let controller = scope.spawn(move || {
+            let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
+            let mut seen = Vec::new();
+            let mut check_chunk = accept_all(&mut seen, Duration::ZERO);
+            let ended = subscriber.run(&mut check_chunk, &|| true).unwrap();
+            // Without bound it lingers as long as a planner is attached.
+            let longest = Some(Duration::from_secs(3600));
+            (ended, subscriber.linger(&mut check_chunk, longest, &|| true).unwrap())
+        });
+        let mut planner = PlanPublisher::open(&to, random_id()).unwrap();
+        let accepted = AtomicUsize::new(0);
+        let progress = &mut |feedback: &Feedback| {
+            accepted.store(feedback.next_sequence as usize, Ordering::Relaxed);
+        };
+        let is_going = || accepted.load(Ordering::Relaxed) < 3;
+        planner.set_window_chunks(1);
+        let delivery = planner.deliver(&chunks, progress, &is_going).unwrap();
+        assert_eq!(delivery.outcome, DeliveryOutcome::Stopped);
+        drop(planner);
+        controller.join().unwrap()
+    });
+    assert_eq!((ended, lingered), (StreamEnd::PlannerLeft, None));
+    drop((publisher, participant, beside));
+    test_instance.close();
+}
+
 #[test]
 fn a_forged_refusal_and_a_forged_acceptance_do_not_mislead() {
     let chunks = plan(60);
     let end = chunks[59].stream_after();
     let mut forged = 0;
-    let (delivery, seen) = deliver_beside(&chunks, |feedback| {
+    let (delivery, seen) = deliver_beside(&chunks, Controller::Unnamed, |feedback| {
         let next = feedback.next_sequence;
         if next < 10 * (forged + 1) || next > 50 || feedback.verdict == Verdict::Refused as u32 {
             return None;
@@ -599,7 +712,7 @@ fn a_forged_refusal_and_a_forged_acceptance_do_not_mislead() {
 #[test]
 fn a_second_process_that_answers_as_the_controller_ends_the_delivery() {
     let chunks = plan(2000);
-    let (delivery, seen) = deliver_beside(&chunks, |feedback| {
+    let (delivery, seen) = deliver_beside(&chunks, Controller::Unnamed, |feedback| {
         let is_ours = feedback.controller_id == 99;
         (!is_ours).then_some(Feedback { controller_id: 99, ..*feedback })
     });

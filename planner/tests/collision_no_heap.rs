@@ -67,7 +67,7 @@ fn queries_allocate_no_memory() {
     let mut q = mechanism.standing_q;
     let mut world_hits = vec![0; 6];
     let (mut self_hits, mut free, mut foot_hits) = (0, 0, 0);
-    let before = allocations::count();
+    let before = allocations::count_of_thread();
     for sample in 0..5_000 {
         let mut random = Random::new(1, Stream::Preparation, 3, sample);
         for (value, joint) in q.iter_mut().zip(&robot.joints) {
@@ -95,7 +95,7 @@ fn queries_allocate_no_memory() {
         );
         assert!(model.motion_bound(&kinematic_state, &kinematic_state) < 1e-9);
     }
-    assert_eq!(allocations::count(), before, "queries allocated");
+    assert_eq!(allocations::count_of_thread(), before, "queries allocated");
     assert!(
         world_hits.iter().all(|&count| count > 0) && self_hits > 0 && free > 0 && foot_hits > 0,
         "{world_hits:?} {self_hits} {free} {foot_hits}"

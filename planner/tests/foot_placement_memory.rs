@@ -11,7 +11,6 @@ use surefoot_planner::foot_placement::{
     FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces, propose,
 };
 
-/// The only test here, because the allocations of parallel tests would be counted as well.
 #[test]
 fn queries_do_not_allocate_and_count_what_they_drop() {
     let polygon = sole();
@@ -19,7 +18,7 @@ fn queries_do_not_allocate_and_count_what_they_drop() {
     for (i, shapes) in worlds.into_iter().enumerate() {
         let surfaces = surfaces(shapes);
         let mut scratch = Scratch::new(surfaces.config());
-        let before = allocations::count();
+        let before = allocations::count_of_thread();
         for object in 0..20 {
             let ideal = turned(0.05 * object as f64, 0.1, 0.2, 0.3 * object as f64);
             let limits = SampleLimits { sampled_max: 500, ..SampleLimits::default() };
@@ -27,7 +26,7 @@ fn queries_do_not_allocate_and_count_what_they_drop() {
             propose(&surfaces, &mut scratch, &query, &mut |_| true);
             let _either_way = surfaces.support(&mut scratch, &polygon, &ideal);
         }
-        assert_eq!(allocations::count() - before, 0, "world {i}");
+        assert_eq!(allocations::count_of_thread() - before, 0, "world {i}");
     }
     a_small_scratch_counts_what_it_drops();
 }
@@ -43,8 +42,8 @@ fn a_small_scratch_counts_what_it_drops() {
     let surfaces = Surfaces::new(&world(ibeams()), config.clone()).unwrap();
     let mut scratch = Scratch::new(&config);
     let polygon = sole();
-    let before = allocations::count();
+    let before = allocations::count_of_thread();
     propose(&surfaces, &mut scratch, &query(&polygon, at(0.0, 0.0, 0.2)), &mut |_| true);
-    assert_eq!(allocations::count(), before);
+    assert_eq!(allocations::count_of_thread(), before);
     assert!(scratch.dropped() > 0);
 }

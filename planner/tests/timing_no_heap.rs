@@ -20,7 +20,7 @@ fn timing_allocates_no_memory() {
     let walk = smooth_walk(&model, 2, 0.12);
     let path = walk.path();
     let mut timing = walk.timing(&model, &ExecutionConfig::default());
-    let before = allocations::count();
+    let before = allocations::count_of_thread();
     let mut brake_after = 0.0;
     for _ in 0..2 {
         assert!(walk.solve(&mut timing));
@@ -35,8 +35,8 @@ fn timing_allocates_no_memory() {
             }
         }
     }
-    assert_eq!(allocations::count(), before);
+    assert_eq!(allocations::count_of_thread(), before);
     assert!(brake_after > 0.0);
     drop(std::hint::black_box(Box::new(1)));
-    assert_eq!(allocations::count(), before + 1, "the allocator counts");
+    assert_eq!(allocations::count_of_thread(), before + 1, "the allocator counts");
 }

@@ -13,18 +13,16 @@ use crate::report::event::RoleEvent;
 use crate::report::reporter::Reporter;
 use crate::system::terminal;
 
-/// Runs a command and returns its exit code.
-pub fn run(arguments: &Arguments) -> u8 {
-    match CommandError::unless_stack_is_small() {
-        Ok(()) => run_command(arguments),
-        Err(error) => {
-            report_error(&error, arguments.reports_lines());
-            error.code()
-        }
-    }
+/// Reports that the stack is limited to this many KiB and no other can be made; returns the exit
+/// code.
+pub fn report_small_stack(kib: u64) -> u8 {
+    let error = CommandError::Stack { kib };
+    report_error(&error, false);
+    error.code()
 }
 
-fn run_command(arguments: &Arguments) -> u8 {
+/// Runs a command and returns its exit code.
+pub fn run(arguments: &Arguments) -> u8 {
     let result = match &arguments.command {
         Command::Walk(arguments) => walk::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),

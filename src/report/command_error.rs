@@ -212,8 +212,11 @@ pub enum CommandError {
         /// The limit, KiB.
         kib: u64,
     },
-    /// The system permits too small a stack.
-    #[error("stack: the limit is {kib} KiB, {STACK_KIB_MIN} are needed; run 'ulimit -s 8192'")]
+    /// The system permits too small a stack, and no thread with another one.
+    #[error(
+        "stack: the limit is {kib} KiB, {STACK_KIB_MIN} are needed, and no other thread can be \
+         made; run 'ulimit -s 8192'"
+    )]
     Stack {
         /// The limit, KiB.
         kib: u64,
@@ -247,14 +250,6 @@ impl CommandError {
     pub fn unless_limited() -> Result<(), Self> {
         limits::too_few_open_files().map_or(Ok(()), |limit| Err(Self::OpenFiles { limit }))?;
         limits::too_small_files().map_or(Ok(()), |kib| Err(Self::FileSize { kib }))
-    }
-
-    /// An error if the stack of this process is too small.
-    ///
-    /// # Errors
-    /// When it is.
-    pub fn unless_stack_is_small() -> Result<(), Self> {
-        limits::too_small_stack().map_or(Ok(()), |kib| Err(Self::Stack { kib }))
     }
 
     /// Whether the transport failed in a way that a restart of the process may repair.

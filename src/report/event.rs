@@ -305,6 +305,9 @@ pub struct Delivered {
     pub withdrawn: u64,
     /// Chunks that the controller received again after it had accepted them.
     pub duplicated: u64,
+    /// Feedback messages of publishers other than the controller's, which were dropped.
+    #[serde(default)]
+    pub feedback_dropped: u64,
     /// The worst margins that the controller reported.
     pub margins: WorstMargins,
     /// The refusal, if there was one.
@@ -447,6 +450,7 @@ impl From<&Delivery> for Delivered {
             resent: delivery.resent,
             accepted: delivery.accepted,
             withdrawn: 0,
+            feedback_dropped: delivery.other_senders,
             duplicated: delivery.feedback.map_or(0, |feedback| feedback.duplicated),
             margins: delivery
                 .feedback

@@ -127,6 +127,9 @@ pub struct Chunks {
     pub other_senders: u64,
     /// Number of times that a chunk was sent again.
     pub resent: u64,
+    /// Feedback messages of publishers other than the controller's, which the planner dropped:
+    /// forged, or left over from a controller that was killed.
+    pub feedback_dropped: u64,
 }
 
 impl Report {
@@ -257,6 +260,7 @@ impl Report {
             damaged: self.chunks.damaged,
             other_senders: self.chunks.other_senders,
             resent: delivered.resent,
+            feedback_dropped: delivered.feedback_dropped,
         };
         if self.check_seconds.is_none() {
             self.margins = delivered.margins;
@@ -318,6 +322,7 @@ mod tests {
             resent: 2,
             accepted,
             withdrawn: 0,
+            feedback_dropped: 5,
             duplicated: 1,
             margins: WorstMargins::default(),
             refusal,
@@ -362,6 +367,7 @@ mod tests {
                     damaged: 5,
                     other_senders: 6,
                     resent: 2,
+                    feedback_dropped: 5,
                     ..no_chunks
                 }
             );
@@ -369,6 +375,8 @@ mod tests {
             let text = crate::report::summary::text(&report);
             let stops = "\n  stops      4 chunks held back, braked 2 times, stood 3.1 s\n";
             assert!(text.contains(stops), "{text}");
+            let dropped = ", 5 feedback messages of other senders dropped";
+            assert!(text.contains(dropped), "{text}");
             assert_eq!(report.command_outcome().unwrap(), CommandOutcome::Refused);
         }
     }

@@ -187,10 +187,15 @@ fn chunks(report: &Report) -> String {
     let dropped = kinds.into_iter().filter(|(number, _)| *number > 0);
     let dropped: String =
         dropped.map(|(number, which)| format!(", {number} {which} and dropped")).collect();
+    let feedback = match chunks.feedback_dropped {
+        0 => String::new(),
+        1 => ", 1 feedback message of another sender dropped".to_owned(),
+        number => format!(", {number} feedback messages of other senders dropped"),
+    };
     let checked =
         report.check_seconds.map(|time| format!(", checked in {time:.3} s")).unwrap_or_default();
     format!(
-        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{dropped}{checked}",
+        "{} sent, {} accepted{in_flight}, {} lost, {} duplicated{dropped}{feedback}{checked}",
         chunks.sent, chunks.accepted, chunks.lost, chunks.duplicated
     )
 }

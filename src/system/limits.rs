@@ -13,7 +13,7 @@ pub const FILE_KIB_MIN: u64 = 32_768;
 /// Stack of the main thread that a process needs, KiB, with a margin: twice what it uses.
 pub const STACK_KIB_MIN: u64 = 4096;
 /// Stack that a process asks for where it may, KiB: the usual limit.
-const STACK_KIB_WANTED: u64 = 8192;
+pub const STACK_KIB_WANTED: u64 = 8192;
 
 /// The soft limit; `None` if there is none.
 pub fn soft_limit(resource: libc::__rlimit_resource_t) -> Option<u64> {

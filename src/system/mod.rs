@@ -10,5 +10,6 @@ pub mod memory;
 pub mod memory_file;
 pub mod signals;
 pub mod size;
+pub mod stack;
 pub mod startup;
 pub mod terminal;

@@ -60,16 +60,18 @@ fn few_descriptors_are_raised_or_named() {
 }
 
 #[test]
-fn a_small_stack_is_raised_or_named() {
+fn a_small_stack_is_raised_or_not_used() {
     let folder = Folder::new();
     folder.good("ulimit -Ss 256; exec $S walk flat.toml --quiet");
-    for kib in [128, 512, 2048] {
-        for command in ["walk", "plan", "control --instance small"] {
-            let err = folder.error(&format!("ulimit -s {kib}; exec $S {command} flat.toml"));
-            assert!(err.contains(&format!("stack: the limit is {kib} KiB")), "{err}");
-        }
+    for kib in [128, 512, 2048, 4096] {
+        folder.good(&format!("ulimit -s {kib}; exec $S walk flat.toml --quiet"));
     }
-    folder.good("ulimit -s 4096; exec $S walk flat.toml --quiet");
+    folder.good("ulimit -s 128; exec $S walk --help");
+    let err = folder.error("ulimit -s 128; exec $S plan none.toml");
+    assert!(err.contains("none.toml"), "{err}");
+    let line = "ulimit -s 128; timeout --preserve-status -s INT 1 $S control --instance small \
+                --serve flat.toml";
+    folder.good(line);
 }
 
 #[test]

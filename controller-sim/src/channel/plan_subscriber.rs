@@ -11,12 +11,14 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{PortFactory, ipc};
+use iceoryx2::prelude::ipc;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
-use surefoot_shared_types::instance::planner_lock::PlannerPublisher;
+use surefoot_shared_types::instance::role_publisher::{
+    PublisherRole, RolePublisher, name_publisher,
+};
 use surefoot_shared_types::instance::tuning::{
     FEEDBACK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
@@ -101,7 +103,7 @@ pub enum StreamEnd {
 pub struct PlanSubscriber {
     subscriber: Subscriber<ipc::Service, PlanChunk, ()>,
     /// Whose chunks count.
-    planner: PlannerPublisher,
+    planner: RolePublisher,
     feedback_publisher: FeedbackPublisher,
     participant: Participant,
     stream_state: StreamState,
@@ -155,7 +157,7 @@ impl PlanSubscriber {
         let start = now();
         let mut plan_subscriber = Self {
             subscriber,
-            planner: PlannerPublisher::open(instance)?,
+            planner: RolePublisher::open(instance, PublisherRole::Planner)?,
             feedback_publisher,
             participant,
             stream_state,
@@ -301,9 +303,7 @@ impl PlanSubscriber {
     ) -> Result<Option<StreamEnd>, ChannelError> {
         let start = now();
         while keep_going() {
-            let has_no_publisher =
-                || self.participant.chunks.dynamic_config().number_of_publishers() == 0;
-            if timeout.is_some_and(|timeout| start.elapsed() >= timeout || has_no_publisher()) {
+            if timeout.is_some_and(|timeout| start.elapsed() >= timeout || !self.has_planner()) {
                 return Ok(None);
             }
             match self.receive_one(execution)? {
@@ -318,9 +318,15 @@ impl PlanSubscriber {
     /// Whether the planner left in the middle of its plan and this is not reported yet.
     fn has_planner_left(&mut self) -> bool {
         let mid_plan = self.stream_state.is_mid_plan() && !self.reported_left;
-        let left = mid_plan && self.participant.chunks.dynamic_config().number_of_publishers() == 0;
+        let left = mid_plan && !self.has_planner();
         self.reported_left |= left;
         left
+    }
+
+    /// Whether the planner is attached. A killed one counts until a process cleans up, publishers
+    /// of other processes do not.
+    fn has_planner(&self) -> bool {
+        self.planner.count(&self.participant.chunks) > 0
     }
 
     /// Counters of the received chunks.
@@ -453,8 +459,10 @@ impl FeedbackPublisher {
         let publisher = publisher
             .map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
         participant.instance.reserve_segments()?;
+        let loan_pool = LoanPool::new(publisher, FEEDBACK_POOL, LOANS_AHEAD)?;
+        name_publisher(&participant.instance, PublisherRole::Controller, loan_pool.publisher_id())?;
         Ok(Self {
-            loan_pool: LoanPool::new(publisher, FEEDBACK_POOL, LOANS_AHEAD)?,
+            loan_pool,
             walk: Rc::default(),
             count: 0,
             published_at: now(),

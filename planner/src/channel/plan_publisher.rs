@@ -5,16 +5,21 @@
 //! does not count, because other readers may listen. `send_window` holds the protocol, this file
 //! adds shared memory and the clock.
 
+use std::fs::File;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
+use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
-use surefoot_shared_types::instance::planner_lock::PlannerLock;
+use surefoot_shared_types::instance::role_lock;
+use surefoot_shared_types::instance::role_publisher::{
+    PublisherRole, RolePublisher, name_publisher,
+};
 use surefoot_shared_types::instance::tuning::{
     CHUNK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
 };
@@ -26,8 +31,8 @@ pub use surefoot_shared_types::instance::error::ChannelError;
 use crate::channel::chunk_source::{ChunkSource, CompletePlan, SourceState};
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
 use crate::channel::tuning::{
-    CLEANUP_INTERVAL, IDLE_HEARTBEATS, LOST_AFTER, NO_READER_MAX, POLL_GAP_MAX, RECONNECT_GO_BACKS,
-    RECONNECT_INTERVAL, RESEND_AFTER, WAIT_MAX,
+    CLEANUP_INTERVAL, FEEDBACK_PER_POLL_MAX, IDLE_HEARTBEATS, LOST_AFTER, NO_READER_MAX,
+    POLL_GAP_MAX, RECONNECT_GO_BACKS, RECONNECT_INTERVAL, RESEND_AFTER, WAIT_MAX,
 };
 
 /// Result and statistics of a delivery.
@@ -43,6 +48,9 @@ pub struct Delivery {
     pub accepted: u64,
     /// The last feedback, if any arrived.
     pub feedback: Option<Feedback>,
+    /// Feedback messages of publishers other than the controller's, which were dropped: forged, or
+    /// left over from a controller before.
+    pub other_senders: u64,
     /// Time from the beginning of the delivery until the first chunk was sent, if one was.
     pub first_sent: Option<Duration>,
 }
@@ -55,8 +63,20 @@ pub struct PlanPublisher {
     session: u64,
     lost_after: Duration,
     window_chunks: usize,
-    /// Held as long as this planner may send chunks; names its publisher.
-    lock: PlannerLock,
+    /// Whose feedback counts.
+    controller: RolePublisher,
+    /// Feedback messages of other publishers, which were dropped.
+    other_senders: u64,
+    /// Held as long as this planner may send chunks.
+    _lock: File,
+}
+
+/// Result of one receive call.
+enum Received {
+    Nothing,
+    /// A message of another publisher.
+    Ignored,
+    Feedback(Sample<ipc::Service, Feedback, ()>),
 }
 
 /// A complete chunk in shared memory, to be sent once the window allows.
@@ -116,10 +136,11 @@ impl PlanPublisher {
         if session == 0 {
             return Err(ChannelError::Id);
         }
-        let lock = PlannerLock::acquire(instance)?.ok_or(ChannelError::PlannerTaken)?;
+        let lock = role_lock::acquire(instance, PublisherRole::Planner.file())?;
+        let lock = lock.ok_or(ChannelError::PlannerTaken)?;
         let participant = Participant::open(instance)?;
         let making = participant.making()?;
-        let loans = open_loans(&participant, &lock)?;
+        let loans = open_loans(&participant)?;
         let subscriber = open_subscriber(&participant)?;
         instance.reserve_segments()?;
         drop(making);
@@ -130,7 +151,9 @@ impl PlanPublisher {
             session,
             lost_after: LOST_AFTER,
             window_chunks: WINDOW_CHUNKS,
-            lock,
+            controller: RolePublisher::open(instance, PublisherRole::Controller)?,
+            other_senders: 0,
+            _lock: lock,
         })
     }
 
@@ -144,18 +167,20 @@ impl PlanPublisher {
         self.session
     }
 
-    /// The latest feedback, if any arrived since the last call.
+    /// The controller's latest feedback, if any arrived since the last call.
     ///
     /// # Errors
     /// The transport fails.
-    pub fn latest_feedback(&self) -> Result<Option<Feedback>, ChannelError> {
+    pub fn latest_feedback(&mut self) -> Result<Option<Feedback>, ChannelError> {
         let mut latest = None;
-        while let Some(sample) = self
-            .subscriber
-            .receive()
-            .map_err(|error| ChannelError::transport("receiving feedback", error))?
-        {
-            latest = Some(*sample.payload()).filter(Feedback::is_well_formed).or(latest);
+        for _ in 0..FEEDBACK_PER_POLL_MAX {
+            match self.receive_one()? {
+                Received::Nothing => break,
+                Received::Ignored => {}
+                Received::Feedback(feedback) => {
+                    latest = Some(*feedback).filter(Feedback::is_well_formed).or(latest);
+                }
+            }
         }
         Ok(latest)
     }
@@ -167,7 +192,7 @@ impl PlanPublisher {
     /// # Errors
     /// The transport fails.
     pub fn wait_until_idle(
-        &self,
+        &mut self,
         longest: Duration,
         keep_going: &dyn Fn() -> bool,
     ) -> Result<Option<Feedback>, ChannelError> {
@@ -202,9 +227,10 @@ impl PlanPublisher {
         self.participant.describe(description)
     }
 
-    /// Whether a controller is connected. A killed one counts until a process cleans up.
+    /// Whether a controller is connected. A killed one counts until a process cleans up,
+    /// publishers of other processes do not.
     pub fn has_controller(&self) -> bool {
-        self.participant.feedback.dynamic_config().number_of_publishers() > 0
+        self.controller.count(&self.participant.feedback) > 0
     }
 
     /// The participant of this process in the instance.
@@ -254,7 +280,8 @@ impl PlanPublisher {
             let outcome = state.window.outcome(state.age());
             let outcome = outcome.or_else(|| self.abort_outcome(&state, keep_going));
             if let Some(outcome) = outcome {
-                return Ok(state.delivery(outcome));
+                let other_senders = std::mem::take(&mut self.other_senders);
+                return Ok(state.delivery(outcome, other_senders));
             }
             if state.progress_at.elapsed() > RESEND_AFTER && state.window.go_back() {
                 state.progress_at = now();
@@ -271,18 +298,34 @@ impl PlanPublisher {
         }
     }
 
-    /// Evaluates all feedback that has arrived.
+    /// Receives one message of feedback; those of publishers other than the controller's are
+    /// dropped and counted, whatever they contain.
+    fn receive_one(&mut self) -> Result<Received, ChannelError> {
+        let received = self
+            .subscriber
+            .receive()
+            .map_err(|error| ChannelError::transport("receiving feedback", error))?;
+        let Some(sample) = received else { return Ok(Received::Nothing) };
+        if !self.controller.is(sample.origin().value()) {
+            self.other_senders += 1;
+            return Ok(Received::Ignored);
+        }
+        Ok(Received::Feedback(sample))
+    }
+
+    /// Evaluates the feedback that has arrived.
     fn receive_feedback(
-        &self,
+        &mut self,
         state: &mut DeliveryState,
         on_progress: &mut dyn FnMut(&Feedback),
     ) -> Result<(), ChannelError> {
         state.add_silence();
-        while let Some(sample) = self
-            .subscriber
-            .receive()
-            .map_err(|error| ChannelError::transport("receiving feedback", error))?
-        {
+        for _ in 0..FEEDBACK_PER_POLL_MAX {
+            let sample = match self.receive_one()? {
+                Received::Nothing => break,
+                Received::Ignored => continue,
+                Received::Feedback(sample) => sample,
+            };
             let feedback = sample.payload();
             let acknowledged = state.window.acknowledged();
             if !state.window.receive(feedback, state.age(), state.silence) {
@@ -412,7 +455,7 @@ impl PlanPublisher {
         let Some(making) = self.participant.try_making()? else { return Ok(()) };
         state.ready = None;
         self.subscriber = open_subscriber(&self.participant)?;
-        self.loans = open_loans(&self.participant, &self.lock)?;
+        self.loans = open_loans(&self.participant)?;
         drop(making);
         state.window.restart();
         Ok(())
@@ -465,7 +508,7 @@ impl DeliveryState {
         self.ports.unread_since.map(|since| self.polled_at.duration_since(since))
     }
 
-    fn delivery(&self, outcome: DeliveryOutcome) -> Delivery {
+    fn delivery(&self, outcome: DeliveryOutcome, other_senders: u64) -> Delivery {
         let (sent, resent) = self.window.counts();
         Delivery {
             outcome,
@@ -473,17 +516,15 @@ impl DeliveryState {
             resent,
             accepted: self.window.acknowledged() as u64,
             feedback: self.last_feedback,
+            other_senders,
             first_sent: self.begin.first_sent_at.map(|at| at.duration_since(self.begin.at)),
         }
     }
 }
 
-/// The publisher of chunks with its pool of loans, named in the planner's lock. The caller holds
-/// the lock `making`.
-fn open_loans(
-    participant: &Participant,
-    lock: &PlannerLock,
-) -> Result<LoanPool<PlanChunk>, ChannelError> {
+/// The publisher of chunks with its pool of loans, named as the planner's. The caller holds the
+/// lock `making`.
+fn open_loans(participant: &Participant) -> Result<LoanPool<PlanChunk>, ChannelError> {
     let publisher = participant
         .chunks
         .publisher_builder()
@@ -493,7 +534,7 @@ fn open_loans(
         .map_err(|error| ChannelError::transport("creating the chunk publisher", error))?;
     participant.instance.reserve_segments()?;
     let loans = LoanPool::new(publisher, CHUNK_POOL, LOANS_AHEAD)?;
-    lock.name_publisher(loans.publisher_id())?;
+    name_publisher(&participant.instance, PublisherRole::Planner, loans.publisher_id())?;
     Ok(loans)
 }
 

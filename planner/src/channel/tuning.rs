@@ -20,6 +20,9 @@ pub(crate) const CONFIRM_TIME: Duration = Duration::from_millis(500);
 /// Contradictions after which two processes publish feedback as the controller. A killed controller
 /// and its successor contradict each other once or twice.
 pub(crate) const CONTRADICTIONS_MAX: u32 = 8;
+/// Feedback messages that are received between two chunks or polls: twice those that all publishers
+/// of a service can have waiting, so that a flood of others' delays no chunk.
+pub(crate) const FEEDBACK_PER_POLL_MAX: usize = 16;
 /// Consecutive lower acknowledgements after which they count.
 pub(crate) const LOWER_ACKNOWLEDGEMENTS: u32 = 3;
 /// Silence of the controller after which another one may take its place.

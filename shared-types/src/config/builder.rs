@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use crate::base::digest::Digest;
-use crate::base::text_file::{check_numbers, check_positive};
+use crate::base::text_file::{check_angles, check_numbers, check_positive};
 use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
-use crate::config::validation::{check_relations, check_walk_length};
+use crate::config::validation::check_relations;
 
 /// A parameter that is out of range, or at odds with another one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -50,7 +50,7 @@ impl ScenarioContent {
     pub fn build(self) -> Result<Scenario, ScenarioError> {
         check_stance("start", &self.start)?;
         check_stance("goal", &self.goal)?;
-        check_walk_length(&self.start, &self.goal).map_err(|problem| error("goal", problem))?;
+        self.start.check_walk_to(&self.goal).map_err(|problem| error("goal", problem))?;
         for (parameter, value) in [
             ("goal.position_tolerance", self.goal_position_tolerance),
             ("goal.yaw_tolerance", self.goal_yaw_tolerance),
@@ -82,7 +82,7 @@ impl ScenarioContent {
 
 fn check_stance(name: &str, stance: &StancePose) -> Result<(), ScenarioError> {
     check_numbers("position", &stance.position.to_array())
-        .and_then(|()| check_numbers("yaw", &[stance.yaw]))
+        .and_then(|()| check_angles("yaw", &[stance.yaw]))
         .and_then(|()| check_positive("width", &[stance.stance_width]))
         .map_err(|problem| error(name, problem))
 }
@@ -126,6 +126,10 @@ mod tests {
         let far = StancePose { position: DVec3::X * 3000.0, ..content().start };
         let error = ScenarioContent { goal: far, ..content() }.build().unwrap_err();
         assert!(error.to_string().starts_with("goal: it is 3000 m from the start: millimetres?"));
+        let turned = StancePose { yaw: 90.0, ..content().goal };
+        let error = ScenarioContent { goal: turned, ..content() }.build().unwrap_err();
+        let degrees = "goal: yaw holds 90, more than one turn; angles are in radians";
+        assert!(error.to_string().starts_with(degrees), "{error}");
         let planner = PlannerConfig { com_margin: -1.0, ..PlannerConfig::default() };
         let error = ScenarioContent { planner, ..content() }.build().unwrap_err();
         assert_eq!(error.parameter, "planner.com_margin");

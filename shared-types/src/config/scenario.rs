@@ -9,6 +9,10 @@ use crate::base::spatial::{Pose, rotation_about};
 use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 
+/// Longest way from start to goal, m: a kilometre of level floor takes an hour of walking. Goals in
+/// millimetres are farther away.
+const WALK_LENGTH_MAX: f64 = 1000.0;
+
 /// A validated scenario. Its paths are resolved against the scenario file's folder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
@@ -68,5 +72,20 @@ impl StancePose {
                 rotation,
             )
         })
+    }
+
+    /// Whether this start and the goal of a walk are as near to each other as metres make likely.
+    ///
+    /// # Errors
+    /// The goal is more than a kilometre away.
+    pub fn check_walk_to(&self, goal: &Self) -> Result<(), String> {
+        let length = self.position.distance(goal.position);
+        if length <= WALK_LENGTH_MAX {
+            return Ok(());
+        }
+        Err(format!(
+            "it is {length:.0} m from the start: millimetres? positions are in m; at most \
+             {WALK_LENGTH_MAX} m are possible"
+        ))
     }
 }

@@ -4,26 +4,9 @@ use crate::config::execution::ExecutionConfig;
 use crate::config::parameter::{Parameter, Value};
 use crate::config::parameters::PARAMETERS;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
-use crate::config::scenario::StancePose;
 
 /// A parameter's name and its error.
 type FieldError = (String, String);
-
-/// Longest way from start to goal, m: a kilometre of level floor takes an hour of walking. Goals in
-/// millimetres are farther away.
-const WALK_LENGTH_MAX: f64 = 1000.0;
-
-/// Whether start and goal of a walk are as near to each other as metres make likely.
-pub(crate) fn check_walk_length(start: &StancePose, goal: &StancePose) -> Result<(), String> {
-    let length = start.position.distance(goal.position);
-    if length <= WALK_LENGTH_MAX {
-        return Ok(());
-    }
-    Err(format!(
-        "it is {length:.0} m from the start: millimetres? positions are in m; at most {WALK_LENGTH_MAX} \
-         m are possible"
-    ))
-}
 
 /// The first parameter that is out of range, or of which the planner's value is not strictly
 /// stronger than the checker's.

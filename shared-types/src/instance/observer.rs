@@ -6,14 +6,14 @@
 use std::cell::RefCell;
 
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{PortFactory, ipc};
+use iceoryx2::prelude::ipc;
 use iceoryx2::sample::Sample;
 
 use crate::instance::chunk_counter::ChunkCounter;
 use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
 use crate::instance::participant::Participant;
-use crate::instance::planner_lock::PlannerPublisher;
+use crate::instance::role_publisher::{PublisherRole, RolePublisher};
 use crate::instance::services::{RequestServices, Service};
 use crate::instance::tuning::{STATE_BUFFER, WINDOW_CHUNKS};
 use crate::message::{
@@ -29,7 +29,8 @@ pub struct Observer {
     state: Subscriber<ipc::Service, SimulationState, ()>,
     description: Subscriber<ipc::Service, Description, ()>,
     set_points: Subscriber<ipc::Service, SetPoint, ()>,
-    planner: RefCell<PlannerPublisher>,
+    planner: RefCell<RolePublisher>,
+    controller: RefCell<RolePublisher>,
     counter: RefCell<ChunkCounter>,
     _services: ObservedServices,
     participant: Participant,
@@ -78,7 +79,8 @@ impl Observer {
             state,
             description,
             set_points,
-            planner: RefCell::new(PlannerPublisher::open(instance)?),
+            planner: RefCell::new(RolePublisher::open(instance, PublisherRole::Planner)?),
+            controller: RefCell::new(RolePublisher::open(instance, PublisherRole::Controller)?),
             counter: RefCell::default(),
             _services: services,
             participant,
@@ -107,12 +109,15 @@ impl Observer {
         self.counter.borrow().missed()
     }
 
-    /// The controller's next well-formed feedback, if one arrived.
+    /// The controller's next well-formed feedback, if one arrived. That of other publishers is
+    /// skipped.
     ///
     /// # Errors
     /// The transport fails.
     pub fn feedback(&self) -> Result<Option<Feedback>, ChannelError> {
-        let feedback = next(&self.feedback, |feedback| feedback.is_well_formed())?;
+        let feedback = next(&self.feedback, |feedback| {
+            self.controller.borrow_mut().is(feedback.origin().value()) && feedback.is_well_formed()
+        })?;
         if let Some(feedback) = &feedback {
             self.counter.borrow_mut().expect(feedback);
         }
@@ -156,10 +161,11 @@ impl Observer {
         &self.participant
     }
 
-    /// Number of attached planners and controllers. Killed ones count until a process cleans up.
+    /// Number of attached planners and controllers. Killed ones count until a process cleans up,
+    /// publishers of other processes do not.
     pub fn publisher_count(&self) -> usize {
-        self.participant.chunks.dynamic_config().number_of_publishers()
-            + self.participant.feedback.dynamic_config().number_of_publishers()
+        self.planner.borrow().count(&self.participant.chunks)
+            + self.controller.borrow().count(&self.participant.feedback)
     }
 }
 

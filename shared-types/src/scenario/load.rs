@@ -14,7 +14,7 @@ use crate::config::execution::ExecutionConfig;
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{GoalTolerance, Scenario, StancePose};
 use crate::config::scenario_source::ScenarioSource;
-use crate::config::validation::{check_relations, check_walk_length};
+use crate::config::validation::check_relations;
 use crate::robot::load::load_robot;
 use crate::robot::model::RobotModel;
 
@@ -145,7 +145,7 @@ fn goal_stance(
         let stance = stance_pose(xyz, yaw, stance_width.unwrap_or(width))?;
         check_positive("position_tolerance", &[position_tolerance])?;
         check_positive("yaw_tolerance", &[yaw_tolerance])?;
-        check_walk_length(start, &stance)?;
+        start.check_walk_to(&stance)?;
         Ok(stance)
     };
     stance().map_err(|message: String| source.location(goal.span().start).error("[goal]", message))

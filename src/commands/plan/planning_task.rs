@@ -287,6 +287,7 @@ mod tests {
             resent: 0,
             accepted: 0,
             first_sent: None,
+            other_senders: 0,
             feedback: Some(Feedback { rest_state, ..Feedback::zeroed() }),
         };
         for check in [Check::Continuity, Check::World] {

@@ -247,10 +247,16 @@ impl Server<'_> {
         };
         let Some(goal) = goal else { return invalid("the goal is out of range".into()) };
         let task = task.towards(goal, request.seed, request.work_max);
-        match (kind, request.start.stance_pose()) {
-            (RequestKind::StartAndGoal, Some(start)) => Ok(Ok(task.starting_at(start))),
-            (RequestKind::StartAndGoal, None) => invalid("the start is out of range".into()),
-            _ => Ok(Ok(task)),
+        let task = match (kind, request.start.stance_pose()) {
+            (RequestKind::StartAndGoal, Some(start)) => task.starting_at(start),
+            (RequestKind::StartAndGoal, None) => {
+                return invalid("the start is out of range".into());
+            }
+            _ => task,
+        };
+        match task.scenario.start.check_walk_to(&task.scenario.goal) {
+            Ok(()) => Ok(Ok(task)),
+            Err(reason) => invalid(format!("goal: {reason}")),
         }
     }
 

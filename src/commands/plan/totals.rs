@@ -11,6 +11,7 @@ pub(crate) struct Totals {
     resent: u64,
     accepted: u64,
     withdrawn: u64,
+    feedback_dropped: u64,
     /// Number of replans.
     pub(crate) replans: u32,
 }
@@ -21,6 +22,7 @@ impl Totals {
         self.sent += delivery.sent;
         self.resent += delivery.resent;
         self.accepted += delivery.accepted;
+        self.feedback_dropped += delivery.other_senders;
     }
 
     /// Counts a plan that another one replaces.
@@ -31,7 +33,7 @@ impl Totals {
 
     /// The result of all deliveries, of which `last` is the last.
     pub(crate) fn delivered(&self, last: &Delivery) -> Delivered {
-        let Self { sent, resent, accepted, withdrawn, .. } = *self;
-        Delivered { sent, resent, accepted, withdrawn, ..Delivered::from(last) }
+        let Self { sent, resent, accepted, withdrawn, feedback_dropped, .. } = *self;
+        Delivered { sent, resent, accepted, withdrawn, feedback_dropped, ..Delivered::from(last) }
     }
 }

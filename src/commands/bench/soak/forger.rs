@@ -13,8 +13,11 @@ use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict, WithCr
 
 use crate::commands::bench::soak::random::Random;
 
-/// A value of [`Feedback::gaps`] that no controller reaches: it marks forged feedback.
-const FORGED: u64 = u64::MAX;
+/// How often forged feedback is sent: more often than a planner has a claim repeated. Each time a
+/// planner has [`REPEAT_PAUSE`] to read it, as the next one takes its place.
+const REPETITIONS: u64 = 6;
+/// See [`REPETITIONS`].
+const REPEAT_PAUSE: Duration = Duration::from_millis(1);
 /// The forger's id as a controller.
 const OTHER_CONTROLLER: u64 = 0xf0f0;
 /// The forger's session as a planner.
@@ -60,9 +63,7 @@ impl Forger {
     /// Reads all messages that have arrived. A damaged transport shows in the walk.
     pub(crate) fn listen(&mut self) {
         while let Ok(Some(feedback)) = self.observer.feedback() {
-            if feedback.gaps != FORGED && feedback.controller_id != OTHER_CONTROLLER {
-                self.received = [Some(feedback), self.received[0]];
-            }
+            self.received = [Some(feedback), self.received[0]];
         }
         while let Ok(Some(chunk)) = self.observer.chunk() {
             self.last_chunk = Some(Box::new(chunk));
@@ -89,7 +90,7 @@ impl Forger {
     /// yet.
     pub(crate) fn disturb(&self, random: &mut Random) -> Option<&'static str> {
         let last = self.received[0]?;
-        let (has_sent, event) = match random.below(8) {
+        let (has_sent, event) = match random.below(10) {
             0 => {
                 let refusal = Feedback {
                     verdict: Verdict::Refused as u32,
@@ -102,6 +103,15 @@ impl Forger {
             1 => {
                 let next_sequence = last.next_sequence + 1;
                 (self.forge(Feedback { next_sequence, ..last }), "acceptance forged")
+            }
+            8 => {
+                let chunks = last.next_sequence + 1;
+                let finished = Feedback { next_sequence: chunks, finished: 1, ..last };
+                (self.forge(finished), "end of the plan forged")
+            }
+            9 => {
+                let later = Feedback { epoch: last.epoch + 1, ..last };
+                (self.forge(later), "later epoch forged")
             }
             2 => {
                 let other = Feedback { controller_id: OTHER_CONTROLLER, ..last };
@@ -126,10 +136,17 @@ impl Forger {
         has_sent.then_some(event)
     }
 
+    /// Publishes forged feedback, repeated as a controller repeats its own.
     fn forge(&self, feedback: Feedback) -> bool {
-        let mut forged = Feedback { gaps: FORGED, ..feedback };
-        forged.write_crc();
-        self.feedback.send_copy(forged).is_ok()
+        let mut forged = feedback;
+        let mut has_sent = true;
+        for _ in 0..REPETITIONS {
+            forged.count += 1;
+            forged.write_crc();
+            has_sent &= self.feedback.send_copy(forged).is_ok();
+            std::thread::sleep(REPEAT_PAUSE);
+        }
+        has_sent
     }
 
     /// Sends what `forge` makes of the last chunk; `false` if there is none yet.
