@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import surefoot
+from surefoot import _messages
+from surefoot import live as live_module
 
 pytest.importorskip("iceoryx2")
 PROGRAM = os.environ.get("SUREFOOT_PROGRAM") or shutil.which("surefoot")
@@ -68,3 +71,12 @@ def test_a_walk_without_a_plan_ends_the_subscription(tmp_path: Path) -> None:
 def test_an_instance_that_does_not_run_is_named() -> None:
     with pytest.raises(surefoot.InstanceError, match="name a running instance"):
         surefoot.subscribe("nobody", wait=0.0)
+
+
+def test_the_crc_of_a_message_shows_damage() -> None:
+    message = _messages.PlanChunk()
+    message.sequence = 7
+    message.crc = zlib.crc32(bytes(message))
+    assert live_module._crc_matches(message)
+    message.sequence = 8
+    assert not live_module._crc_matches(message)

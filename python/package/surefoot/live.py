@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import time
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import TracebackType
@@ -119,7 +121,7 @@ class Subscription:
     def receive(self) -> Chunk | None:
         """The next chunk, if one has come."""
         accepted = self._read_feedback()
-        sample = self._subscriber.receive()
+        sample = _next_intact(self._subscriber)
         if sample is None:
             self._accepted = max(self._accepted, accepted)
             self._settle()
@@ -143,7 +145,7 @@ class Subscription:
         Raises :class:`InstanceError` if neither planner nor controller has published it.
         """
         deadline = time.monotonic() + wait
-        while (sample := self._ports["description"][1].receive()) is None:
+        while (sample := _next_intact(self._ports["description"][1])) is None:
             if time.monotonic() >= deadline:
                 raise InstanceError(f"'{self.instance}' has no planner and no controller yet")
             time.sleep(POLL_SECONDS)
@@ -154,7 +156,7 @@ class Subscription:
     def _read_feedback(self) -> int:
         """The number of chunks of the current plan that the controller has accepted."""
         accepted = 0
-        while (sample := self._ports["feedback"][1].receive()) is not None:
+        while (sample := _next_intact(self._ports["feedback"][1])) is not None:
             message = sample.payload().contents
             if (message.plan_id, message.epoch) == self._plan:
                 accepted = max(accepted, message.next_sequence)
@@ -235,6 +237,24 @@ def _open(
     name = iox.ServiceName.new(instance.service_name(role))
     service = node.service_builder(name).publish_subscribe(message).open_with_attributes(layout)
     return service, service.subscriber_builder().buffer_size(buffered).create()
+
+
+def _next_intact(subscriber: Any) -> Any:
+    """The next sample whose message is undamaged; ``None`` if there is none."""
+    while (sample := subscriber.receive()) is not None:
+        if _crc_matches(sample.payload().contents):
+            return sample
+        sample.delete()
+    return None
+
+
+def _crc_matches(message: Any) -> bool:
+    """Whether a message holds the CRC-32 of its bytes, in which the CRC counts as zero."""
+    field = type(message).crc
+    content = ctypes.string_at(ctypes.addressof(message), ctypes.sizeof(message))
+    crc = zlib.crc32(content[: field.offset])
+    crc = zlib.crc32(bytes(field.size), crc)
+    return zlib.crc32(content[field.offset + field.size :], crc) == int(message.crc)
 
 
 def _text(name: Any) -> str:
