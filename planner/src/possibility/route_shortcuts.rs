@@ -90,9 +90,15 @@ fn ends_of_shortcut(
     if !looks_at_route {
         return first;
     }
-    (1..SHORTCUT_DRAWS).map(|_| draw()).fold(first, |longest, ends| {
-        if detour(route, ends) > detour(route, longest) { ends } else { longest }
-    })
+    let (mut longest, mut ends_of_longest) = (detour(route, first), first);
+    for _ in 1..SHORTCUT_DRAWS {
+        let ends = draw();
+        let length = detour(route, ends);
+        if length > longest {
+            (longest, ends_of_longest) = (length, ends);
+        }
+    }
+    ends_of_longest
 }
 
 /// The heading relative to the walking direction (rad) of a part of the route that is walked
