@@ -206,6 +206,21 @@ fn a_hull_and_a_mesh_carry_like_the_box_they_trace() {
 }
 
 #[test]
+fn an_uneven_mesh_tells_how_near_its_corners_are() {
+    // Ridges along y, 0.3 mm high, one at every second corner.
+    let spacing = |cells: u32| {
+        let step = 0.8 / f64::from(cells);
+        let height = |x: f64, _| 1.5e-4 * libm::cos(std::f64::consts::PI * x / step);
+        let surfaces = surfaces(vec![mesh(0.8, cells, height)]);
+        support(&surfaces, &at(0.0, 0.0, 1.5e-4)).unwrap().corner_spacing
+    };
+    assert!((spacing(16) - 0.05).abs() < 1e-4, "{}", spacing(16));
+    assert!((spacing(8) - 0.1).abs() < 1e-4, "{}", spacing(8));
+    let even = surfaces(vec![mesh(0.8, 40, |_, _| 0.0)]);
+    assert_eq!(support(&even, &at(0.0, 0.0, 0.0)).unwrap().corner_spacing, f64::INFINITY);
+}
+
+#[test]
 fn a_sliver_at_a_corner_carries_nothing() {
     let tile = block([0.2, 0.4, 0.1], [0.0, 0.0, 0.0]);
     let alone = area_at(&surfaces(vec![tile.clone()]), &at(0.0, 0.0, 0.0));

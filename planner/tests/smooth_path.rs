@@ -94,7 +94,7 @@ fn check_path(name: &str) -> [u64; 2] {
     let (points, spans) = planner.smooth_path().unwrap();
     let mut next = 0;
     for (index, span) in spans.iter().enumerate() {
-        let PathSpan { first, last, starts_at_rest, support, contacts } = span;
+        let PathSpan { first, last, starts_at_rest, support, contacts, .. } = span;
         assert_eq!(*first, if index > 0 && !starts_at_rest { next - 1 } else { next });
         assert!(last > first && contacts.is_sorted_by_key(|contact| contact.limb));
         let span_points = &points[*first..=*last];

@@ -15,6 +15,7 @@ use common::hubo;
 use glam::{DQuat, DVec2, DVec3};
 use power::power;
 use smooth_walk::{SmoothWalk, smooth_walk};
+use surefoot_planner::constraints::foothold::Ground;
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::robot::inverse_dynamics::{
     GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX,
@@ -335,21 +336,20 @@ fn on_inclined_ground_feet_come_down_slowly() {
 
 #[test]
 fn on_uneven_ground_feet_come_down_slowly() {
-    // Foot placement keeps a support on uneven ground inside the sole's outline on all sides.
-    let supported = |toe: f64, sides: f64| {
+    let on = |standing: Ground, landing: Ground| {
         let mut walk = smooth_walk(&hubo(), 2, 0.12);
-        let inset = |[x, y]: [f64; 2]| {
-            [if x > 0.0 { x - toe } else { x + sides }, { y - sides * y.signum() }]
-        };
-        for contact in walk.spans.iter_mut().flat_map(|span| &mut span.contacts) {
-            let len = contact.polygon_len as usize;
-            contact.polygon[..len].iter_mut().for_each(|corner| *corner = inset(*corner));
+        for span in &mut walk.spans {
+            let stands = |limb: usize| span.support.carries(limb);
+            span.grounds = [0, 1].map(|limb| if stands(limb) { standing } else { landing });
         }
         hardest_landing(&walk)
     };
-    let [edge, uneven] = [(0.02, 0.0), (4e-3, 4e-3)].map(|(toe, sides)| supported(toe, sides));
-    assert!(edge > 1.2, "before an edge of the ground: {edge}");
-    assert!(uneven < 1.2, "{uneven}");
+    let (even, uneven, rough) = (Ground::Even, Ground::Uneven, Ground::Rough);
+    assert!(on(even, even) > 4.0, "{}", on(even, even));
+    for (standing, landing) in [(uneven, even), (even, uneven), (even, rough)] {
+        let hardest = on(standing, landing);
+        assert!(hardest < 1.3, "{standing:?}, {landing:?}: {hardest}");
+    }
 }
 
 #[test]

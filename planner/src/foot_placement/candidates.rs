@@ -265,6 +265,7 @@ mod tests {
     use super::*;
     use crate::foot_placement::config::FootPlacementConfig;
     use crate::foot_placement::features::gather;
+    use crate::foot_placement::posed_sole::SoleShape;
     use crate::foot_placement::request::SampleLimits;
     use glam::DVec3;
     use surefoot_shared_types::Shape;

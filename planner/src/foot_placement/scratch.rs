@@ -45,8 +45,9 @@ pub(crate) struct Contacts {
     pub has_line: bool,
     /// Upper bound of the area of their support, m2.
     pub area_max: f64,
-    /// Whether a part of a mesh that carries is inclined against the sole.
-    pub is_uneven: bool,
+    /// Shortest edge of the faces of meshes that carry and are inclined against the sole, m;
+    /// infinite where there are none.
+    pub corner_spacing: f64,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
     /// world.
     pub intrusion: Option<DVec3>,
@@ -91,7 +92,7 @@ impl Scratch {
                 has_face: false,
                 has_line: false,
                 area_max: 0.0,
-                is_uneven: false,
+                corner_spacing: f64::INFINITY,
                 intrusion: None,
                 height_off: None,
             },

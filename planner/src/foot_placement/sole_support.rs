@@ -1,7 +1,11 @@
 //! The support of a sole, why a sole has none, and why a world cannot be compiled.
 
 use glam::DVec2;
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
+
+use crate::constraints::foothold::Foothold;
+use crate::robot::mechanism::Mechanism;
 
 /// The support of a sole: the convex hull of its contacts.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,6 +16,17 @@ pub struct Support {
     pub area: f64,
     /// Distance from the hull's centroid to its nearest edge, m.
     pub edge_distance: f64,
+    /// Shortest edge of the faces of meshes that carry and are inclined against the sole, m;
+    /// infinite where there are none.
+    pub corner_spacing: f64,
+}
+
+impl Support {
+    /// The foothold of a robot on it.
+    pub fn foothold(self, robot: &Mechanism, limb: usize, world_from_sole: Pose) -> Foothold {
+        let foothold = Foothold::of(robot, limb, world_from_sole, self.polygon);
+        foothold.on_corners(robot, self.corner_spacing)
+    }
 }
 
 /// Why a sole has no support at a pose.

@@ -193,7 +193,7 @@ impl Surfaces {
         scratch.contacts.has_open_edges = false;
         scratch.contacts.has_face = false;
         scratch.contacts.has_line = false;
-        scratch.contacts.is_uneven = false;
+        scratch.contacts.corner_spacing = f64::INFINITY;
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
         let (region, plate) =
@@ -317,7 +317,10 @@ impl Surfaces {
         }
         scratch.contacts.has_open_edges |= face.of_mesh();
         scratch.contacts.has_face |= !scratch.clip.polygon.is_empty();
-        scratch.contacts.is_uneven |= face.of_mesh() && incline > EVEN_INCLINE_MAX;
+        if face.of_mesh() && incline > EVEN_INCLINE_MAX {
+            let spacing = &mut scratch.contacts.corner_spacing;
+            *spacing = shortest_edge(vertices).min(*spacing);
+        }
         scratch.contacts.add_all(&scratch.clip.polygon);
     }
 
@@ -433,7 +436,8 @@ impl Surfaces {
         let contacts = &mut scratch.contacts;
         // A foot beside its place finds the lines lower, and the faces where they were.
         let has_open_edges = contacts.has_open_edges || contacts.has_face && contacts.has_line;
-        let Contacts { points, hull, spare, ground, area_max, is_uneven, .. } = contacts;
+        let is_uneven = contacts.corner_spacing.is_finite();
+        let Contacts { points, hull, spare, ground, area_max, corner_spacing, .. } = contacts;
         if ground.is_full() {
             return Err(NoSupport::TooManyElements);
         }
@@ -449,7 +453,7 @@ impl Surfaces {
         if self.config.is_secured && has_open_edges {
             let pads = sole.pads.iter().map(Vec::as_slice);
             let whole = sole.pads.is_empty().then_some(sole.outline);
-            let touching = (!*is_uneven).then(|| pads.chain(whole).flatten().copied());
+            let touching = (!is_uneven).then(|| pads.chain(whole).flatten().copied());
             keep_from_ground_edges(hull, spare, touching, self.edge_inset());
         }
         let (area, centroid) = area_and_centroid(hull);
@@ -461,7 +465,8 @@ impl Surfaces {
         if edge_distance < self.config.centroid_edge_distance_min {
             return Err(NoSupport::CentroidNearEdge);
         }
-        Ok(Support { polygon: hull.iter().copied().collect(), area, edge_distance })
+        let polygon = hull.iter().copied().collect();
+        Ok(Support { polygon, area, edge_distance, corner_spacing: *corner_spacing })
     }
 }
 
@@ -481,6 +486,12 @@ fn for_each_touching_part(
         }
         touch(scratch, &sides);
     }
+}
+
+/// The shortest edge of a face, m.
+fn shortest_edge(vertices: &[DVec3]) -> f64 {
+    let next = vertices.iter().cycle().skip(1);
+    vertices.iter().zip(next).map(|(a, b)| a.distance(*b)).fold(f64::INFINITY, f64::min)
 }
 
 impl Contacts {

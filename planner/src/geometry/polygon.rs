@@ -239,6 +239,14 @@ pub(crate) fn closest_on_segment(a: DVec2, b: DVec2, point: DVec2) -> DVec2 {
     }
 }
 
+/// Least width of a convex counter-clockwise polygon, m; infinite where that has no side.
+pub(crate) fn least_width(polygon: &[DVec2]) -> f64 {
+    let across = outward_sides(polygon).map(|(normal, offset)| {
+        polygon.iter().map(|corner| offset - normal.dot(*corner)).fold(0.0, f64::max)
+    });
+    across.fold(f64::INFINITY, f64::min)
+}
+
 /// The smallest width of a convex polygon projected onto x and y, m: the least, over its edges, of
 /// the distance of the farthest vertex.
 pub(crate) fn width(polygon: &[DVec3]) -> f64 {

@@ -28,7 +28,7 @@ pub(crate) fn foothold_at(bench: &mut Workbench<'_>, limb: usize, pose: &Pose) -
     let sole = SoleShape::of(&constraints.robot.soles[limb]);
     let support = bench.context.surfaces.support_of_sole(bench.scratch, sole, pose).ok()?;
     let is_free = constraints.collision.foot_hit(limb, pose, FootPhase::Stance).is_none();
-    is_free.then(|| Foothold::of(&constraints.robot, limb, *pose, support.polygon))
+    is_free.then(|| support.foothold(&constraints.robot, limb, *pose))
 }
 
 /// The best foothold near an ideal sole pose, if any.
@@ -53,8 +53,7 @@ pub(crate) fn foothold_near(
     };
     let mut found = None;
     propose(&bench.context.surfaces, bench.scratch, &query, &mut |sole: SupportedSole| {
-        let polygon = sole.support.polygon;
-        found = Some(Foothold::of(&constraints.robot, limb, sole.world_from_sole, polygon));
+        found = Some(sole.support.foothold(&constraints.robot, limb, sole.world_from_sole));
         false
     });
     found

@@ -7,7 +7,7 @@ use surefoot_shared_types::message::SupportMode;
 use crate::base::arena::{ArenaSlice, append_all, reserve, slice_at};
 use crate::base::capacity::ArenaFull;
 use crate::base::threads::Threads;
-use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::constraints::foothold::{Foothold, Ground, double_mode, left_and_right, single_mode};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::mode_state::ModeState;
 use crate::motion::edge_table::{EdgeRecord, EdgeTable};
@@ -356,6 +356,13 @@ impl Roadmap {
         let stance = limbs
             .filter_map(|limb| footholds.iter().copied().find(|foothold| foothold.limb == limb));
         (mode.support, stance.collect())
+    }
+
+    /// The ground under each foot of an edge, by limb: where it stands, or where it lands.
+    pub fn grounds(&self, edge: ModeEdge) -> [Ground; 2] {
+        let at = if boundary_of(edge.to).is_some() { edge.from } else { edge.to };
+        let (first, second) = self.graph.pair(at);
+        left_and_right(first, second).map(|foothold| foothold.ground)
     }
 
     /// The two footholds of the transition of an edge, the stance first.

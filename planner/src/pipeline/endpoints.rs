@@ -392,7 +392,7 @@ pub fn foothold_at(
     if constraints.collision.foot_hit(limb, world_from_sole, FootPhase::Stance).is_some() {
         return Err(EndpointError::FootCollides { limb });
     }
-    Ok(Foothold::of(&constraints.robot, limb, *world_from_sole, support.polygon))
+    Ok(support.foothold(&constraints.robot, limb, *world_from_sole))
 }
 
 /// A configuration over two footholds, the centre of mass between both feet.

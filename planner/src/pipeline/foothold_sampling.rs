@@ -108,7 +108,7 @@ impl<'a> FootholdSampler<'a> {
         else {
             return Ok(());
         };
-        let foothold = Foothold::of(robot, placed.limb, placed.world_from_sole, support.polygon);
+        let foothold = support.foothold(robot, placed.limb, placed.world_from_sole);
         let known = if is_exact {
             graph.identical(foothold.limb, &foothold.world_from_sole)
         } else {
@@ -262,8 +262,7 @@ impl<'a> FootholdSampler<'a> {
             if !may_use(placement.world_from_sole.translation) {
                 return ControlFlow::Continue(false);
             }
-            let polygon = placement.support.polygon;
-            let foothold = Foothold::of(robot, limb, placement.world_from_sole, polygon);
+            let foothold = placement.support.foothold(robot, limb, placement.world_from_sole);
             result = graph.add_foothold(foothold).map(|_| ());
             ControlFlow::Break(())
         });
@@ -308,7 +307,7 @@ impl<'a> FootholdSampler<'a> {
         let set_down = self.surfaces.support_set_down(scratch, sole, &world_from_sole);
         let (world_from_sole, support) = set_down.ok()?;
         let is_free = collision.foot_hit(limb, &world_from_sole, FootPhase::LiftOff).is_none();
-        is_free.then(|| Foothold::of(robot, limb, world_from_sole, support.polygon))
+        is_free.then(|| support.foothold(robot, limb, world_from_sole))
     }
 
     /// A horizontal offset (m) and a turn about the vertical within [`RANDOM_SPREAD`].
@@ -333,8 +332,7 @@ impl<'a> FootholdSampler<'a> {
         let robot = &self.constraints.robot;
         let mut result = Ok(());
         query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
-            let polygon = placement.support.polygon;
-            let foothold = Foothold::of(robot, limb, placement.world_from_sole, polygon);
+            let foothold = placement.support.foothold(robot, limb, placement.world_from_sole);
             if graph.find_equivalent(&foothold).is_some() {
                 return ControlFlow::Continue(false);
             }

@@ -250,14 +250,10 @@ impl<'a> PlannerBuilder<'a> {
             ),
             chunks: ChunkStage::new(
                 self.chunks(&context),
-                self.timing(config.waypoints_max as usize, &context),
+                self.timing(config.waypoints_max as usize),
                 (self.improvement_work() > 0).then(|| self.chunks(&context)),
             ),
-            improvement: ImprovementStage::new(
-                self.improvement_work(),
-                edges_max,
-                self.trial(&context),
-            ),
+            improvement: ImprovementStage::new(self.improvement_work(), edges_max, self.trial()),
             method,
         };
         let joint_names = self.model.joints.iter().map(|joint| joint.name.clone()).collect();
@@ -350,20 +346,19 @@ impl<'a> PlannerBuilder<'a> {
     }
 
     /// The motion of parts of a plan that are tried, if smooth plans are improved.
-    fn trial(&self, context: &PlanningContext) -> Option<TrialMotion> {
+    fn trial(&self) -> Option<TrialMotion> {
         let is_wanted = self.improvement_work() > 0;
-        let timing = is_wanted.then(|| self.timing(trial_motion::POINTS_MAX, context)).flatten();
+        let timing = is_wanted.then(|| self.timing(trial_motion::POINTS_MAX)).flatten();
         timing.map(TrialMotion::new)
     }
 
     /// The timing of smooth paths of `points_max` points, if plans are smoothed.
-    fn timing(&self, points_max: usize, context: &PlanningContext) -> Option<PathTiming> {
+    fn timing(&self, points_max: usize) -> Option<PathTiming> {
         let execution = &self.scenario.execution;
         let limits =
             TimingLimits::new(self.model, execution, self.world.mu, &self.scenario.checker);
-        let soles = &context.constraints.robot.soles;
         (execution.motion == MotionKind::Smooth)
-            .then(|| PathTiming::new(TimedRobot::new(self.model, soles, limits), points_max))
+            .then(|| PathTiming::new(TimedRobot::new(self.model, limits), points_max))
     }
 
     /// The builder of the plan's chunks.

@@ -507,7 +507,8 @@ impl Smoother {
         contacts.sort_unstable_by_key(|contact| contact.limb);
         let last = self.path.points_len() - 1;
         let support = motion.support;
-        self.path.push_span(PathSpan { first, last, starts_at_rest, support, contacts })
+        let grounds = inputs.plan.roadmap.grounds(inputs.plan.edge(edge));
+        self.path.push_span(PathSpan { first, last, starts_at_rest, support, contacts, grounds })
     }
 }
 

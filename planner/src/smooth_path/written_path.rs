@@ -141,6 +141,7 @@ mod tests {
             starts_at_rest: false,
             support: SupportMode::Double,
             contacts: heapless::Vec::new(),
+            grounds: Default::default(),
         };
         path.push_span(span).unwrap();
     }

@@ -352,7 +352,7 @@ mod tests {
             limb: 0,
             center: DVec3::ZERO,
             polygon: corners.iter().copied().map(DVec2::from).collect(),
-            width: 0.1,
+            twist_arm: 0.1,
             axes: glam::DMat3::from_rotation_x(0.1),
             friction: 0.6,
         }

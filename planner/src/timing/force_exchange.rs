@@ -92,7 +92,7 @@ mod tests {
             limb,
             center: DVec3::new(0.02 * y, y, 0.0),
             polygon: polygon.into_iter().collect(),
-            width: 0.1,
+            twist_arm: 0.1,
             axes: glam::DMat3::from_rotation_x(tilt),
             friction: 0.6,
         }

@@ -314,7 +314,7 @@ mod tests {
                 .map(DVec2::from)
                 .into_iter()
                 .collect(),
-            width: 0.1,
+            twist_arm: 0.1,
             axes: glam::DMat3::IDENTITY,
             friction: 0.6,
         }

@@ -12,6 +12,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Contact, SupportMode};
 
+use crate::constraints::foothold::Ground;
 use crate::timing::tuning::{INCLINED_COSINE, LEVEL_HEIGHT_MAX};
 
 /// Number of coordinates of a derivative: root position, root rotation, joints.
@@ -65,9 +66,16 @@ pub struct PathSpan {
     pub support: SupportMode,
     /// The stance feet with their poses and supported polygons, the left one first.
     pub contacts: BoundedVec<Contact, 2>,
+    /// The ground under each foot, by limb: where it stands, or where it lands.
+    pub grounds: [Ground; 2],
 }
 
 impl PathSpan {
+    /// Whether a stance sole stands on uneven ground.
+    pub fn is_uneven(&self) -> bool {
+        self.contacts.iter().any(|contact| self.grounds[contact.limb as usize] != Ground::Even)
+    }
+
     /// Whether a stance sole is inclined.
     pub fn is_inclined(&self) -> bool {
         let rise = |contact: &Contact| (contact.world_from_sole().rotation * DVec3::Z).z;

@@ -4,15 +4,16 @@
 //! the load on it changes fast, it stands on a few points for milliseconds at a time. A sole that
 //! turns by a milliradian in each step leads the robot away from its path: in MuJoCo by 14 cm on
 //! 9 m for G1, whose soles are 7.5 cm wide. So friction counts as on two points across the sole,
-//! half of its width from the centre of pressure, each of which bears half of the load.
+//! half of its width from the centre of pressure, each of which bears half of the load. On a mesh
+//! with corners near each other a sole stands on points nearer to each other for longer.
 
 use glam::{DVec2, DVec3};
 
 use crate::timing::limit::Limit;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
-use crate::timing::support::{FootSupport, Support};
-use crate::timing::tuning::{LIMITS_PART, TWIST_ARM_SHARE};
+use crate::timing::support::Support;
+use crate::timing::tuning::LIMITS_PART;
 
 /// Keeps the rates within this friction. The moment is about the centre of pressure at rest.
 pub(crate) fn clip(dynamics: &PathDynamics, support: &Support, rates: &mut RateSet) {
@@ -20,7 +21,7 @@ pub(crate) fn clip(dynamics: &PathDynamics, support: &Support, rates: &mut RateS
     let [across_x, across_y, press, about_x, about_y, about_z] =
         dynamics.wrench_along(&foot.axes, foot.center);
     let center = DVec2::new(-about_y.constant, about_x.constant) / press.constant;
-    for turn in [1.0, -1.0].map(|sign| sign / arm(foot)) {
+    for turn in [1.0, -1.0].map(|sign| sign / foot.twist_arm) {
         for across in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
             let sum = [
                 (about_z, turn),
@@ -50,21 +51,14 @@ pub(crate) fn load(support: &Support, (force, moment): (DVec3, DVec3)) -> f64 {
     let pressure = DVec2::new(-moment.y, moment.x) / force.z;
     let twist = moment.z - pressure.perp_dot(force.truncate());
     let across = force.truncate().abs().max_element();
-    (across + twist.abs() / arm(foot)) / (foot.friction * force.z)
+    (across + twist.abs() / foot.twist_arm) / (foot.friction * force.z)
 }
-
-/// Distance from the centre of pressure at which friction holds the moment, m.
-fn arm(foot: &FootSupport) -> f64 {
-    TWIST_ARM_SHARE * foot.width.max(WIDTH_MIN)
-}
-
-/// Least width that counts, m.
-const WIDTH_MIN: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::robot::inverse_dynamics::{GeneralizedForce, LinkFrames};
+    use crate::timing::support::FootSupport;
 
     /// A level sole of 0.2 m x 0.08 m whose load rests 3 cm before its centre.
     fn case(twist_by_acceleration: f64) -> (Support, PathDynamics) {
@@ -73,7 +67,7 @@ mod tests {
             limb: 0,
             center: DVec3::ZERO,
             polygon: corners.map(DVec2::from).into_iter().collect(),
-            width: 0.08,
+            twist_arm: 0.04,
             axes: glam::DMat3::IDENTITY,
             friction: 0.5,
         };

@@ -5,10 +5,11 @@ use heapless::Vec as BoundedVec;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::message::Contact;
 
-use crate::geometry::polygon::outward_sides;
+use crate::constraints::foothold::Ground;
+use crate::geometry::polygon::{least_width, outward_sides};
 use crate::timing::limits::Level;
 use crate::timing::path_point::PathSpan;
-use crate::timing::tuning::FRICTION_ALONG_AXIS;
+use crate::timing::tuning::{FRICTION_ALONG_AXIS, TWIST_ARM_SHARE, TWIST_ARM_SHARE_ROUGH};
 
 /// A polygon of a sole, m.
 pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
@@ -37,8 +38,9 @@ pub struct FootSupport {
     pub center: DVec3,
     /// The polygon about the centre in the axes of the sole, m.
     pub polygon: SolePolygon,
-    /// Least width of the supported part of the sole, m.
-    pub width: f64,
+    /// Distance from the centre of pressure at which friction holds the moment about the normal of
+    /// the only stance sole, m.
+    pub twist_arm: f64,
     /// Axes of the sole in the world.
     pub axes: DMat3,
     /// Coefficient of friction.
@@ -75,7 +77,10 @@ impl SpanSupports {
 impl Support {
     /// The contacts of a span at a level, `extra` (m) further inside.
     pub fn new(span: &PathSpan, level: Level, extra: f64, friction: f64) -> Self {
-        let foot = |contact: &Contact| FootSupport::new(contact, level, extra, friction);
+        let foot = |contact: &Contact| {
+            let ground = span.grounds[contact.limb as usize];
+            FootSupport::new((contact, ground), level, extra, friction)
+        };
         Self { feet: span.contacts.iter().map(foot).collect() }
     }
 
@@ -86,9 +91,9 @@ impl Support {
 }
 
 impl FootSupport {
-    fn new(contact: &Contact, level: Level, extra: f64, friction: f64) -> Self {
+    fn new((contact, ground): (&Contact, Ground), level: Level, extra: f64, friction: f64) -> Self {
         let sole = supported_part(contact);
-        let width = width(&sole);
+        let width = least_width(&sole);
         let mut polygon = inset(&sole, level.cop_margin(width) + extra);
         let middle = polygon.iter().sum::<DVec2>() / polygon.len().max(1) as f64;
         polygon.iter_mut().for_each(|corner| *corner -= middle);
@@ -97,7 +102,7 @@ impl FootSupport {
             limb: contact.limb as usize,
             center: world_from_sole * middle.extend(0.0),
             polygon,
-            width,
+            twist_arm: width.max(WIDTH_MIN) * twist_arm_share(ground),
             axes: DMat3::from_quat(world_from_sole.rotation),
             friction,
         }
@@ -116,13 +121,16 @@ impl FootSupport {
     }
 }
 
-/// Least width of a convex polygon, m.
-fn width(polygon: &[DVec2]) -> f64 {
-    let across = outward_sides(polygon).map(|(normal, offset)| {
-        polygon.iter().map(|corner| offset - normal.dot(*corner)).fold(0.0, f64::max)
-    });
-    across.fold(f64::INFINITY, f64::min)
+/// The arm of a sole's twist as a share of the width of its supported part.
+fn twist_arm_share(ground: Ground) -> f64 {
+    match ground {
+        Ground::Even | Ground::Uneven => TWIST_ARM_SHARE,
+        Ground::Rough => TWIST_ARM_SHARE_ROUGH,
+    }
 }
+
+/// Least width of a sole that counts, m.
+const WIDTH_MIN: f64 = 1e-3;
 
 /// A convex polygon less a margin (m); where it is too narrow for that, less half of it, and so on.
 fn inset(polygon: &SolePolygon, margin: f64) -> SolePolygon {
@@ -181,7 +189,7 @@ mod tests {
             .map(DVec2::from)
             .into_iter()
             .collect();
-        assert!((width(&sole) - 0.1).abs() < 1e-12);
+        assert!((least_width(&sole) - 0.1).abs() < 1e-12);
         assert!((Level::Full.cop_margin(0.1) - 0.015).abs() < 1e-12);
         assert!((Level::Full.cop_margin(0.2) - 0.024).abs() < 1e-12);
         assert!((Level::Inclined.cop_margin(0.1) - 0.027).abs() < 1e-12);
@@ -192,5 +200,17 @@ mod tests {
         );
         let narrow = inset(&sole, 0.08);
         assert!(narrow.iter().all(|p| (p.y.abs() - 0.01).abs() < 1e-12), "half of the margin");
+    }
+
+    #[test]
+    fn friction_turns_less_on_a_rough_mesh() {
+        let mut contact: Contact = bytemuck::Zeroable::zeroed();
+        (contact.polygon_len, contact.rotation) = (4, [0.0, 0.0, 0.0, 1.0]);
+        let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]];
+        contact.polygon[..4].copy_from_slice(&corners);
+        let arm = |ground| FootSupport::new((&contact, ground), Level::Full, 0.0, 0.6).twist_arm;
+        assert_eq!(arm(Ground::Even), arm(Ground::Uneven));
+        assert!((arm(Ground::Even) - 0.05).abs() < 1e-12);
+        assert!((arm(Ground::Rough) - 0.01).abs() < 1e-12);
     }
 }

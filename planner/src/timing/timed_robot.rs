@@ -8,9 +8,9 @@ use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
-use crate::geometry::polygon::{area_and_centroid, inner_distance};
+use crate::constraints::foothold::Ground;
+use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
-use crate::robot::sole::Sole;
 use crate::timing::contact_rates::{ContactProblem, ContactRates, soles_hold};
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
@@ -36,8 +36,6 @@ pub struct TimedRobot {
     soles: [(usize, Pose); 2],
     /// Area of each sole, m2.
     sole_areas: [f64; 2],
-    /// The part of each sole that touches level ground, m.
-    flat_parts: [Vec<DVec2>; 2],
     joints_len: usize,
     mass: f64,
 }
@@ -55,7 +53,7 @@ pub(crate) struct Landing {
     limb: usize,
     /// Where its origin lands (world), m.
     point: DVec3,
-    /// Whether it or the stance sole is inclined, or that one stands on uneven ground.
+    /// Whether it or the stance sole is inclined or on uneven ground.
     is_inclined: bool,
 }
 
@@ -125,8 +123,8 @@ pub(crate) fn rates_of(waypoint: &Waypoint) -> [[f64; VELOCITY_MAX]; 2] {
 }
 
 impl TimedRobot {
-    /// A biped with these limits, on the soles of its mechanism.
-    pub fn new(model: &RobotModel, measured: &[Sole; 2], limits: TimingLimits) -> Self {
+    /// A biped with these limits.
+    pub fn new(model: &RobotModel, limits: TimingLimits) -> Self {
         let dynamics = InverseDynamics::new(model);
         let feet = [&model.feet[0], &model.feet[1]];
         let sole = |foot: &surefoot_shared_types::robot::model::Foot| {
@@ -137,7 +135,6 @@ impl TimedRobot {
             chains: feet.map(|foot| model.chain(foot.link).into_iter().collect()),
             soles: feet.map(sole),
             sole_areas: feet.map(|foot| area_and_centroid(&foot.polygon).0),
-            flat_parts: measured.each_ref().map(|sole| sole.flat_part.clone()),
             joints_len: model.joints.len(),
             mass: dynamics.mass(),
             limits,
@@ -152,8 +149,7 @@ impl TimedRobot {
 
     /// The contacts of a span, the centre of pressure `extra` (m) further inside than at a level.
     pub(super) fn span_contacts<'a>(&self, span: &'a PathSpan, extra: f64) -> SpanContacts<'a> {
-        let is_uneven = span.contacts.iter().any(|contact| self.is_uneven(contact));
-        let is_inclined = is_uneven || span.is_inclined();
+        let is_inclined = span.is_uneven() || span.is_inclined();
         let levels = Level::levels(is_inclined);
         let supports = SpanSupports::new(span, levels, extra, self.limits.friction);
         let is_loaded = |joint| bears_all(supports.at(levels[0]), &self.chains, joint);
@@ -249,14 +245,6 @@ impl TimedRobot {
         })
     }
 
-    /// Whether the ground under a sole is uneven: foot placement keeps such a support away from the
-    /// sole's outline on all sides.
-    fn is_uneven(&self, contact: &Contact) -> bool {
-        let outline = &self.flat_parts[contact.limb as usize];
-        let is_inside = |at: &DVec2| inner_distance(outline, *at) > ON_OUTLINE_MAX;
-        supported_part(contact).iter().all(is_inside)
-    }
-
     /// The ground under the contacts of a span.
     pub(super) fn contact_ground(&self, span: &PathSpan) -> ContactGround {
         let is_partial = span.contacts.iter().any(|contact| {
@@ -290,7 +278,8 @@ impl TimedRobot {
         let mut frames = LinkFrames::default();
         self.dynamics.place(&last.world_from_root, &last.q, &mut frames);
         let (point, normal) = self.sole_at(&frames, limb);
-        let is_inclined = contacts.is_inclined || normal.z < INCLINED_COSINE;
+        let is_uneven = contacts.span.grounds[limb] != Ground::Even;
+        let is_inclined = contacts.is_inclined || is_uneven || normal.z < INCLINED_COSINE;
         Some(Landing { limb, point, is_inclined })
     }
 
@@ -569,10 +558,6 @@ impl TimedRobot {
 
 /// Velocities, or accelerations, at rest.
 const REST: [f64; VELOCITY_MAX] = [0.0; VELOCITY_MAX];
-
-/// Distance (m) from the outline of a sole up to which a corner of its support lies on it. On bars
-/// it is 1 mm inside.
-const ON_OUTLINE_MAX: f64 = 2e-3;
 
 /// Share of a sole's area from which all of it counts as supported.
 const WHOLE_SOLE_SHARE: f64 = 0.98;

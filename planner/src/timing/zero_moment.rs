@@ -303,6 +303,7 @@ mod tests {
             starts_at_rest: false,
             support: SupportMode::Double,
             contacts: contacts.into_iter().collect(),
+            grounds: Default::default(),
         }
     }
 

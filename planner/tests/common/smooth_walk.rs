@@ -182,6 +182,7 @@ pub fn smooth_walk(model: &RobotModel, steps: usize, sway: f64) -> SmoothWalk {
             starts_at_rest: index == 0,
             support,
             contacts: stance.map(|limb| gait.contact(limb, 0.5 * (begin + end))).collect(),
+            grounds: Default::default(),
         });
     }
     walk

@@ -1,11 +1,10 @@
 //! The timing of a smooth walk.
 
-use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::timing::limits::TimingLimits;
 use surefoot_planner::timing::path_point::Path;
 use surefoot_planner::timing::path_timing::PathTiming;
 use surefoot_planner::timing::timed_robot::TimedRobot;
-use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::smooth_walk::SmoothWalk;
@@ -23,8 +22,7 @@ impl SmoothWalk {
     pub fn timing(&self, model: &RobotModel, execution: &ExecutionConfig) -> PathTiming {
         let limits = TimingLimits::new(model, execution, FRICTION, &CheckerConfig::default());
         let points_max = self.points.len() + self.spans.len();
-        let robot = Mechanism::new(model, &PlannerConfig::default()).unwrap();
-        PathTiming::new(TimedRobot::new(model, &robot.soles, limits), points_max)
+        PathTiming::new(TimedRobot::new(model, limits), points_max)
     }
 
     /// Begins a timing with all spans of it.
