@@ -64,6 +64,7 @@ pub fn executed_plan(
     PlanFile {
         chunks,
         disturb_seed,
+        executed: true,
         ..plan_from_chunks(robot, world, scenario, executed, plan_dir)
     }
 }
@@ -112,6 +113,7 @@ pub fn plan_without_origin(
         goal,
         origin: None,
         disturb_seed: None,
+        executed: false,
     }
 }
 
