@@ -157,6 +157,7 @@ fn plan() -> PlanFile {
         },
         origin: None,
         disturb_seed: None,
+        executed: false,
     }
 }
 

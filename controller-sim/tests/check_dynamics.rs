@@ -164,7 +164,7 @@ fn soles_of_a_smooth_motion_that_are_not_as_deep_as_each_other_are_refused() {
     };
     apart(-2e-4, 2e-4).unwrap();
     apart(4e-4, 4e-4).unwrap();
-    refused(apart(-4e-4, 4e-4), Check::Contact, "0.80 mm more and less deep");
+    refused(apart(-4e-4, 4e-4), Check::Contact, "0.80 mm deeper in the ground");
 }
 
 #[test]
@@ -301,6 +301,13 @@ fn position_velocity_and_acceleration_continue_across_chunks() {
     );
     assert_eq!(refusal(NO_STOP, |half| half[0].root_velocity[0] = 1e-6), Check::Continuity);
     assert_eq!(refusal(NO_STOP, |half| half[0].root_acceleration[5] = 1e-6), Check::Continuity);
+}
+
+#[test]
+fn feed_forward_torques_continue_across_chunks() {
+    let moving = refusal(NO_STOP, |half| half[0].torque[SHOULDER] += 1e-6);
+    let resting = refusal(NO_STOP, |half| half[0].rest_torque[ELBOW] -= 1e-6);
+    assert_eq!([moving, resting], [Check::Continuity; 2]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::foot_placement::{
     PlacementQuery, SampleLimits, Scratch, SoleShape, Source, Surfaces, propose,
@@ -399,8 +399,20 @@ fn on_ground_with_the_noise_of_a_scan_a_sole_is_set_down_nearly_everywhere() {
     assert!(found.count() >= 49);
 }
 
+/// Whether the points that a sole touches surround its middle: those at most 0.25 mm lower than the
+/// highest of `heights`, which are over its plane.
+fn rests(sole_points: &[DVec2], heights: &[f64]) -> bool {
+    let highest = heights.iter().copied().fold(f64::MIN, f64::max);
+    let touched = || sole_points.iter().zip(heights).filter(|(_, z)| **z >= highest - 2.5e-4);
+    (0..64).all(|k| {
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(k) / 64.0);
+        let along = |at: &DVec2| DVec2::new(cos, sin).dot(*at - DVec2::new(0.02, 0.0));
+        touched().any(|(at, _)| along(at) >= -2e-3)
+    })
+}
+
 #[test]
-fn on_folded_ground_soles_stand_on_the_highest_fold() {
+fn on_folded_ground_soles_rest_on_the_highest_folds() {
     // Strips of 5 cm whose planes pass up to a millimetre over the strips beside them. With the
     // floor at its end the ground counts as planes.
     let mut random = Random::new(8, Stream::Preparation, 0, 0);
@@ -413,22 +425,27 @@ fn on_folded_ground_soles_stand_on_the_highest_fold() {
     let fold = |x: f64, _: f64| folds[libm::round((x + 1.0) / 0.05) as usize];
     let ground = surfaces(vec![mesh(2.0, 40, fold), block([0.5, 2.0, 0.1], [-1.25, 0.0, 0.0])]);
     let polygon = sole();
-    let mut heights = Vec::new();
+    let grid = (0..=110).flat_map(|i| (0..=70).map(move |j| (i, j)));
+    let points: Vec<DVec2> = grid
+        .map(|(i, j)| DVec2::new(2e-3 * f64::from(i) - 0.09, 2e-3 * f64::from(j) - 0.07))
+        .collect();
+    let [mut off, mut tilting, mut count] = [0; 3];
     for _ in 0..40 {
         let [x, y, yaw] = [0.12, 0.6, 3.0].map(|most| random.uniform(-most, most));
         let query = query(&polygon, turned(x - 0.75, y, 0.0, yaw));
         for placement in first(&ground, &query, 12) {
             let pose = placement.world_from_sole;
-            let over = |at: DVec3| height(at.x) - at.z;
-            let points = (0..=110).flat_map(|i| (0..=70).map(move |j| (i, j))).map(|(i, j)| {
-                pose * DVec3::new(2e-3 * f64::from(i) - 0.09, 2e-3 * f64::from(j) - 0.07, 0.0)
-            });
-            if points.clone().all(|at| at.x > -1.0) {
-                heights.push(points.map(over).fold(f64::MIN, f64::max));
+            let world: Vec<DVec3> = points.iter().map(|at| pose * at.extend(0.0)).collect();
+            if world.iter().any(|at| at.x <= -1.0) {
+                continue;
             }
+            let heights: Vec<f64> = world.iter().map(|at| height(at.x) - at.z).collect();
+            let highest = heights.iter().copied().fold(f64::MIN, f64::max);
+            count += 1;
+            // As high as ground may be, and what lies between the sampled points.
+            off += usize::from(highest.abs() > 1.2e-4);
+            tilting += usize::from(!rests(&points, &heights));
         }
     }
-    // As high as ground may be, and what lies between the sampled points.
-    let off = heights.iter().filter(|height| height.abs() > 1.2e-4).count();
-    assert!(heights.len() > 200 && off == 0, "{off} of {}", heights.len());
+    assert!(count > 200 && off == 0 && tilting == 0, "{off}, {tilting} of {count}");
 }

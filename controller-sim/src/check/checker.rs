@@ -20,12 +20,12 @@ use crate::check::allowed_pairs::{describe, self_pairs, without_effect};
 use crate::check::balance::{check_balance, friction_reserve};
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
 use crate::check::collision::CollisionModel;
-use crate::check::contact::check_contact;
+use crate::check::contact::{check_contact, check_landing};
 use crate::check::course::Course;
 use crate::check::dynamic_torque::check_dynamic_torque;
-use crate::check::feed_forward::check_feed_forward;
+use crate::check::feed_forward::{Carriers, check_feed_forward};
 use crate::check::limits::{check_limits, check_spacing, check_speeds};
-use crate::check::motion::SampledMotion;
+use crate::check::motion::{SampledMotion, Spacing};
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
 use crate::check::sole_speed::check_sole_speeds;
 use crate::check::stance_foot::StanceFoot;
@@ -35,7 +35,7 @@ use crate::geometry::body::CollisionBody;
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::kinematics::trajectory;
 use crate::statics::contact_load::{ContactLoad, least_squares_load, moving_load};
-use crate::statics::equilibrium::Equilibrium;
+use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
 use crate::statics::error::CheckerError;
 use crate::statics::inverse_dynamics::InverseDynamics;
 use crate::statics::sole_support::{SoleSupport, SupportFinder};
@@ -224,6 +224,21 @@ impl Checker {
         self.check_instants(contacts, course.stop_instants(waypoints), heartbeat)
     }
 
+    /// Whether a foot lands in time at the first waypoint of a smooth motion on both feet.
+    ///
+    /// # Errors
+    /// One foot is deeper in the ground than the other.
+    pub fn check_landing(
+        &mut self,
+        contacts: &[Contact],
+        landing: &Waypoint,
+    ) -> Result<(), Violation> {
+        let spacing = Spacing { changes: Vec::new() };
+        let motion = SampledMotion::new(&self.model, &[*landing], spacing);
+        let (supports, feet) = self.find_feet(contacts, &motion);
+        check_landing(&supports, &feet)
+    }
+
     /// The checks of a smooth motion at one instant.
     ///
     /// # Errors
@@ -408,7 +423,10 @@ impl Checker {
             }
             PhysicalCheck::DynamicTorque => {
                 let equilibrium = &self.equilibrium;
-                check_feed_forward(model, case, self.has_stops_in_motion)?;
+                let generators = equilibrium.generators(&case.supports, ALL_FRICTION);
+                let touches = |at: &Waypoint| self.collisions.touches_world(model, case, at);
+                let carriers = Carriers { generators: &generators, touches: &touches };
+                check_feed_forward(model, &carriers, case, self.has_stops_in_motion)?;
                 return check_dynamic_torque(
                     &self.unlocked,
                     joints,

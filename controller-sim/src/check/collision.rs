@@ -12,7 +12,7 @@ use crate::check::continuous_collision::{BodyPair, ContinuousCollision, overlap_
 use crate::check::motion::Sample;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::{Case, Violation};
-use crate::check::swing_clearance::{check_swing_clearance, check_touch};
+use crate::check::swing_clearance::{check_swing_clearance, check_touch, touches_world};
 use crate::check::tuning::{BELOW_COS_MIN, DISTANCE_CAP, UNSEEN_DEPTH_MAX};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::solid_separation;
@@ -110,6 +110,14 @@ impl CollisionModel {
         before: Option<Pose>,
     ) -> Result<Option<Pose>, Violation> {
         check_touch(swing, waypoints, before, &self.robot, (&self.world, &self.world_poses))
+    }
+
+    /// Whether a foot that does not carry the robot touches the world at a waypoint.
+    pub fn touches_world(&self, model: &RobotModel, case: &Case, waypoint: &Waypoint) -> bool {
+        let stance = case.stance();
+        let mut swinging = (0..model.feet.len()).filter(|limb| !stance.contains(limb));
+        let world = (&self.world[..], &self.world_poses[..]);
+        swinging.any(|limb| touches_world((model, limb), waypoint, &self.robot, world))
     }
 
     /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`].

@@ -1,13 +1,15 @@
 //! Stance feet: each stays at its declared pose, and the world supports it there.
 
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::Check;
+use surefoot_shared_types::message::{Check, Contact};
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, largest, smallest};
 use crate::check::segment::{Case, Violation};
 use crate::check::stance_foot::StanceFoot;
-use crate::check::tuning::LANDING_HEIGHT_MAX;
+use crate::check::tuning::{
+    LANDING_HEIGHT_MAX, MOVED_HEIGHT_MAX, MOVED_LEVEL_MAX, STRAIGHT_LEVEL_MAX,
+};
 use crate::statics::sole_support::SoleSupport;
 
 /// What remains of the position tolerance of the stance soles, m.
@@ -16,26 +18,37 @@ pub fn check_contact(
     config: &CheckerConfig,
     case: &Case,
 ) -> Result<f64, Violation> {
+    let name = |contact: &Contact| &model.feet[contact.limb as usize].name;
     for (contact, support) in case.contacts.iter().zip(&case.supports) {
-        let name = &model.feet[contact.limb as usize].name;
-        check_support(name, config, support)?;
-        if case.is_smooth() {
-            check_landing(name, support)?;
-        }
+        check_support(name(contact), config, support)?;
     }
-    if case.is_smooth() {
-        check_level(&case.supports)?;
-    }
+    let heights = if case.is_smooth() { SMOOTH_HEIGHTS } else { STRAIGHT_HEIGHTS };
+    let declared = case.supports.iter().map(|support| support.deepest);
+    heights[0].check(declared).map_err(|detail| Violation::new(Check::Contact, 0, detail))?;
     let mut worst = f64::INFINITY;
     for (sample, feet) in case.samples_with_feet() {
+        let bad = |detail| Violation::new(Check::Contact, sample.waypoint, detail);
         for ((contact, support), foot) in case.contacts.iter().zip(&case.supports).zip(feet) {
-            let name = &model.feet[contact.limb as usize].name;
-            let bad = |detail| Violation::new(Check::Contact, sample.waypoint, detail);
+            let name = name(contact);
             worst = worst.min(pose_margin(name, config, foot).map_err(bad)?);
             check_gap(name, config, support, foot).map_err(bad)?;
         }
+        let depths = case.supports.iter().zip(feet).map(|(on, foot)| on.deepest - foot.lift);
+        heights[1].check(depths).map_err(bad)?;
     }
     Ok(worst)
+}
+
+/// Whether the soles of a smooth motion are as deep in the ground as each other where one lands.
+///
+/// # Errors
+/// One meets the ground early or late.
+pub fn check_landing(supports: &[SoleSupport], feet: &[StanceFoot]) -> Result<(), Violation> {
+    let depths = supports.iter().zip(feet).map(|(on, foot)| on.deepest - foot.lift);
+    let landing = Heights { off_max: MOVED_HEIGHT_MAX, apart_max: LANDING_HEIGHT_MAX };
+    landing
+        .check(depths)
+        .map_err(|detail| Violation::new(Check::Contact, 0, format!("where a foot lands {detail}")))
 }
 
 fn check_support(
@@ -60,35 +73,47 @@ fn check_support(
     Ok(())
 }
 
-/// The motion of a smooth plan has no time for a foot that meets the ground early or late.
-fn check_landing(foot: &str, support: &SoleSupport) -> Result<(), Violation> {
-    if is_at_most(support.deepest.abs(), LANDING_HEIGHT_MAX) {
-        return Ok(());
-    }
-    let (off, limit) = (1e3 * support.deepest.abs(), 1e3 * LANDING_HEIGHT_MAX);
-    let side = if support.deepest > 0.0 { "in" } else { "over" };
-    let detail = format!(
-        "the {foot} sole of a smooth motion is declared {off:.2} mm {side} the ground, limit \
-         {limit:.2} mm"
-    );
-    Err(Violation::new(Check::Contact, 0, detail))
+/// How far soles may be over the ground or in it, and how much deeper one than the other, m.
+struct Heights {
+    off_max: f64,
+    apart_max: f64,
 }
 
-/// A robot sinks onto the foot that carries it, and the other one meets the ground early or late
-/// by the difference of their heights over it.
-fn check_level(supports: &[SoleSupport]) -> Result<(), Violation> {
-    let depths = || supports.iter().map(|support| support.deepest);
-    let least = smallest(depths());
-    let apart = largest(depths().map(|depth| depth - least));
-    if is_at_most(apart, LANDING_HEIGHT_MAX) {
-        return Ok(());
+/// Those of soles as they are declared, and as they move.
+const SMOOTH_HEIGHTS: [Heights; 2] = [
+    Heights { off_max: LANDING_HEIGHT_MAX, apart_max: LANDING_HEIGHT_MAX },
+    Heights { off_max: MOVED_HEIGHT_MAX, apart_max: MOVED_LEVEL_MAX },
+];
+/// The same of straight lines, in which a foot is slow where it meets the ground.
+const STRAIGHT_HEIGHTS: [Heights; 2] = [
+    Heights { off_max: f64::INFINITY, apart_max: f64::INFINITY },
+    Heights { off_max: f64::INFINITY, apart_max: STRAIGHT_LEVEL_MAX },
+];
+
+impl Heights {
+    /// The motion of a smooth plan has no time for a foot that meets the ground early or late.
+    /// `depths` (m) are those of the soles in the ground. A robot sinks onto the foot that carries
+    /// it, and the other one meets the ground early or late by the difference of their depths.
+    fn check(&self, depths: impl Iterator<Item = f64> + Clone) -> Result<(), String> {
+        let off = largest(depths.clone().map(f64::abs));
+        if !is_at_most(off, self.off_max) {
+            let is_over = is_at_most(off, largest(depths.map(|depth| -depth)));
+            let side = if is_over { "over" } else { "in" };
+            let (off, limit) = (1e3 * off, 1e3 * self.off_max);
+            return Err(format!(
+                "a sole of a smooth motion is {off:.2} mm {side} the ground, limit {limit:.2} mm"
+            ));
+        }
+        let least = smallest(depths.clone());
+        let apart = largest(depths.map(|depth| depth - least));
+        if is_at_most(apart, self.apart_max) {
+            return Ok(());
+        }
+        let (apart, limit) = (1e3 * apart, 1e3 * self.apart_max);
+        Err(format!(
+            "one sole is {apart:.2} mm deeper in the ground than the other, limit {limit:.2} mm"
+        ))
     }
-    let (apart, limit) = (1e3 * apart, 1e3 * LANDING_HEIGHT_MAX);
-    let detail = format!(
-        "the soles of a smooth motion are declared {apart:.2} mm more and less deep in the ground, \
-         limit {limit:.2} mm"
-    );
-    Err(Violation::new(Check::Contact, 0, detail))
 }
 
 fn pose_margin(name: &str, config: &CheckerConfig, foot: &StanceFoot) -> Result<f64, String> {

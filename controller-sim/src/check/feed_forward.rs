@@ -1,9 +1,12 @@
 //! Feed-forward torques of a smooth motion: those that some contact forces explain.
 //!
 //! A servo adds them to what it does by itself, so torques of another motion tip the robot over
-//! although the motion is sound. On one foot the contact wrench is known, and with it all torques,
-//! as planned and at rest. Where two feet share the load, or one begins or ends to carry alone,
-//! plans hand the load over in their own ways, and only the effort limits count.
+//! although the motion is sound. On one foot the contact wrench is known, and with it all torques:
+//! as planned, at rest, and what a change of the rate of plan time adds while the robot brakes.
+//! On two feet a linear program finds the contact forces that explain them best; while it brakes
+//! there, torques share the load in another way, and only their size counts. Where the other foot
+//! touches the ground, at the ends of a motion on one foot, it may still or already share the load;
+//! the motion on two feet before or after it has the same waypoint.
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Check, Waypoint};
@@ -11,21 +14,32 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::segment::{Case, Violation};
-use crate::check::tuning::FEED_FORWARD_OFF_MAX;
+use crate::check::tuning::{
+    FEED_FORWARD_OFF_MAX, SHARED_OFF_MAX, STOP_CHANGE, STOP_OFF_MAX, STOP_USE_MAX,
+};
 use crate::kinematics::forward::{Configuration, Posture};
+use crate::statics::equilibrium::Generator;
 use crate::statics::inverse_dynamics::InverseDynamics;
 
 /// Rounding allowed at an effort limit, as a share of the limit.
 const SHARE_ROUNDING: f64 = 1e-6;
 
-/// Whether the feed-forward torques that a motion states are within the effort limits, and on one
-/// foot move the robot as planned. A motion without torques states none; one that was executed
-/// (`is_executed`) has stops in it.
+/// What a motion stands on: contact forces of these generators, and whether the other foot touches
+/// the world at a waypoint as well.
+pub(crate) struct Carriers<'a> {
+    pub(crate) generators: &'a [Generator],
+    pub(crate) touches: &'a dyn Fn(&Waypoint) -> bool,
+}
+
+/// Whether the feed-forward torques that a motion states are within the effort limits, and some
+/// contact forces move the robot as planned with them. A motion without torques states none; one
+/// that was executed (`is_executed`) has stops in it, and only the limits count.
 ///
 /// # Errors
 /// The first instant whose torques no contact forces explain.
-pub fn check_feed_forward(
+pub(crate) fn check_feed_forward(
     model: &RobotModel,
+    carriers: &Carriers,
     case: &Case,
     is_executed: bool,
 ) -> Result<(), Violation> {
@@ -35,72 +49,144 @@ pub fn check_feed_forward(
         let detail = "straight lines with feed-forward torques: their accelerations are not known";
         return Err(Violation::new(Check::DynamicTorque, 0, detail));
     }
-    let knots = &case.instants[..case.received.len()];
+    let (knots, stops) = case.instants.split_at(case.received.len());
+    let stance = case.stance();
     let is_received = |at: &usize| *at == 0 || knots[*at - 1].0 != knots[*at].0;
     for at in (0..knots.len()).filter(is_received) {
         let (index, instant) = &knots[at];
         let is_end = at == 0 || at + 1 == knots.len();
-        let sole_foot = match *case.contacts {
-            [contact] if !is_end && !is_executed => Some(contact.limb as usize),
-            _ => None,
+        let is_handed_over = is_end && stance.len() == 1 && (carriers.touches)(instant);
+        let checked = if is_executed {
+            check_sizes(model, instant)
+        } else if is_handed_over {
+            check_sizes(model, instant).and_then(|()| stated.check_at(instant))
+        } else {
+            let standing = StandingFeet { model, generators: carriers.generators, stance: &stance };
+            standing.check(instant, &stated)
         };
-        let check = |instant: &Waypoint, torques| {
-            check_torques((model, sole_foot), instant, torques)
-                .map_err(|detail| Violation::new(Check::DynamicTorque, *index, detail))
-        };
-        if stated.moving {
-            check(instant, &instant.torque)?;
-        }
-        if stated.resting {
-            check(&instant.rested(), &instant.rest_torque)?;
-        }
+        checked.map_err(|detail| Violation::new(Check::DynamicTorque, *index, detail))?;
     }
-    Ok(())
+    stops.iter().try_for_each(|(index, instant)| {
+        check_size(model, &instant.torque, STOP_USE_MAX)
+            .map_err(|detail| Violation::new(Check::DynamicTorque, *index, detail))
+    })
 }
 
 /// What a motion states somewhere.
 struct Stated {
     moving: bool,
     resting: bool,
+    changing: bool,
 }
 
 impl Stated {
     fn by<'a>(waypoints: impl Iterator<Item = &'a Waypoint>) -> Self {
-        let states = |torques: &[f64; JOINTS_MAX]| torques.iter().any(|torque| *torque != 0.0);
-        waypoints.fold(Self { moving: false, resting: false }, |stated, waypoint| Self {
+        let nothing = Self { moving: false, resting: false, changing: false };
+        waypoints.fold(nothing, |stated, waypoint| Self {
             moving: stated.moving || states(&waypoint.torque),
             resting: stated.resting || states(&waypoint.rest_torque),
+            changing: stated.changing || states(&waypoint.rate_change_torque),
         })
+    }
+
+    /// Whether an instant states what the motion states elsewhere, so that the motion before or
+    /// after it, which has this instant too, states it.
+    fn check_at(&self, instant: &Waypoint) -> Result<(), String> {
+        let is_left_out = (self.moving && !states(&instant.torque))
+            || (self.resting && !states(&instant.rest_torque));
+        if is_left_out {
+            return Err("the feed-forward torques end where the feet change".to_owned());
+        }
+        Ok(())
     }
 }
 
-/// Whether these torques (N m or N) are within the limits, and, if the robot stands on one foot
-/// alone, those that move it as an instant says.
-fn check_torques(
-    (model, sole_foot): (&RobotModel, Option<usize>),
-    instant: &Waypoint,
+fn states(torques: &[f64; JOINTS_MAX]) -> bool {
+    torques.iter().any(|torque| *torque != 0.0)
+}
+
+/// Whether the torques of an instant, as planned and at rest, are within the limits.
+fn check_sizes(model: &RobotModel, instant: &Waypoint) -> Result<(), String> {
+    check_size(model, &instant.torque, 1.0)?;
+    check_size(model, &instant.rest_torque, 1.0)
+}
+
+/// Whether torques (N m or N) are at most this share of the limits.
+fn check_size(
+    model: &RobotModel,
     torques: &[f64; JOINTS_MAX],
+    share_max: f64,
 ) -> Result<(), String> {
     for (joint, torque) in model.joints.iter().zip(torques) {
-        let (name, effort) = (&joint.name, joint.effort);
-        if !is_at_most(torque.abs(), effort * (1.0 + SHARE_ROUNDING)) {
+        let (name, limit) = (&joint.name, share_max * joint.effort);
+        if !is_at_most(torque.abs(), limit * (1.0 + SHARE_ROUNDING)) {
             return Err(format!(
-                "joint {name} is fed {torque:.2} N m or N forward, limit {effort:.2}"
+                "joint {name} is fed {torque:.2} N m or N forward, limit {limit:.2}"
             ));
         }
     }
-    let Some(limb) = sole_foot else { return Ok(()) };
-    let posture = Posture::new(model, &Configuration::of_waypoint(instant, model.joints.len()));
-    let needed = InverseDynamics::new(model, &posture, instant).torques_on(model, &posture, limb);
-    let shares = model.joints.iter().zip(torques).zip(&needed);
-    let off =
-        largest(shares.map(|((joint, torque), needed)| (needed - torque).abs() / joint.effort));
-    if is_at_most(off, FEED_FORWARD_OFF_MAX) {
-        return Ok(());
+    Ok(())
+}
+
+/// A robot on its stance feet.
+struct StandingFeet<'a> {
+    model: &'a RobotModel,
+    generators: &'a [Generator],
+    stance: &'a [usize],
+}
+
+impl StandingFeet<'_> {
+    /// Whether some contact forces explain the torques that an instant states. On one foot those
+    /// of a change of the rate of plan time are known, too.
+    fn check(&self, instant: &Waypoint, stated: &Stated) -> Result<(), String> {
+        check_sizes(self.model, instant)?;
+        let is_on_one_foot = self.stance.len() == 1;
+        let off_max = if is_on_one_foot { FEED_FORWARD_OFF_MAX } else { SHARED_OFF_MAX };
+        if stated.moving {
+            self.check_torques(instant, &instant.torque, off_max)?;
+        }
+        if stated.resting {
+            self.check_torques(&instant.rested(), &instant.rest_torque, off_max)?;
+        }
+        if stated.moving && stated.changing && is_on_one_foot {
+            let mut braking = *instant;
+            let rates = braking.root_acceleration.iter_mut().zip(&instant.root_velocity);
+            let joints = braking.joint_acceleration.iter_mut().zip(&instant.joint_velocity);
+            rates.chain(joints).for_each(|(rate, speed)| *rate += STOP_CHANGE * speed);
+            let by_change = braking.torque.iter_mut().zip(&instant.rate_change_torque);
+            by_change.for_each(|(torque, change)| *torque += STOP_CHANGE * change);
+            self.check_torques(&braking, &braking.torque, STOP_OFF_MAX)
+                .map_err(|detail| format!("while it brakes: {detail}"))?;
+        }
+        Ok(())
     }
-    let (off, most) = (1e2 * off, 1e2 * FEED_FORWARD_OFF_MAX);
-    Err(format!(
-        "no contact forces explain the feed-forward torques: a joint is {off:.1} % of its limit \
-         off, at most {most:.0} % are possible"
-    ))
+
+    /// Whether some contact forces move the robot as an instant says if its joints exert these
+    /// torques (N m or N), each off by at most `off_max` of its limit.
+    fn check_torques(
+        &self,
+        instant: &Waypoint,
+        torques: &[f64; JOINTS_MAX],
+        off_max: f64,
+    ) -> Result<(), String> {
+        let Self { model, generators, stance } = *self;
+        let posture = Posture::new(model, &Configuration::of_waypoint(instant, model.joints.len()));
+        let dynamics = InverseDynamics::new(model, &posture, instant).less(torques);
+        let missing = match *stance {
+            [limb] => dynamics.torques_on(model, &posture, limb),
+            _ => dynamics
+                .torques(model, &posture, generators, off_max)
+                .ok_or("no contact forces within the friction move the robot so")?,
+        };
+        let shares = missing.iter().zip(&model.joints).map(|(off, joint)| off.abs() / joint.effort);
+        let off = largest(shares);
+        if is_at_most(off, off_max) {
+            return Ok(());
+        }
+        let (off, most) = (1e2 * off, 1e2 * off_max);
+        Err(format!(
+            "no contact forces explain the feed-forward torques: a joint is {off:.1} % of its \
+             limit off, at most {most:.0} % are possible"
+        ))
+    }
 }

@@ -17,6 +17,8 @@ pub(crate) struct StanceFoot {
     pub(crate) turn: f64,
     /// Largest distance of a point of the sole from its declared place, m.
     pub(crate) displacement: f64,
+    /// Height of the middle of the sole over its declared place, along the declared normal, m.
+    pub(crate) lift: f64,
     /// The most by which the centre of mass moves when the foot takes its declared pose and the
     /// robot moves with it, m.
     pub(crate) shift: f64,
@@ -33,11 +35,15 @@ impl StanceFoot {
         let turn = rotation_distance(declared.rotation, actual.rotation);
         let displaced =
             |vertex: &DVec2| (declared * vertex.extend(0.0)).distance(actual * vertex.extend(0.0));
+        let corners = &model.feet[limb].polygon;
+        let middle = (corners.iter().sum::<DVec2>() / corners.len() as f64).extend(0.0);
+        let lift = (declared.inverse() * (actual * middle)).z;
         let lever = sample.centre_of_mass.distance(actual.translation);
         Self {
             distance,
             turn,
-            displacement: largest(model.feet[limb].polygon.iter().map(displaced)),
+            displacement: largest(corners.iter().map(displaced)),
+            lift,
             shift: distance + turn * lever,
         }
     }

@@ -76,6 +76,17 @@ pub fn check_touch(
     Ok(foot.rest)
 }
 
+/// Whether a foot touches the world at a waypoint.
+pub fn touches_world(
+    swing: (&RobotModel, usize),
+    waypoint: &Waypoint,
+    robot: &[CollisionBody],
+    world: Bodies<'_>,
+) -> bool {
+    let configuration = Configuration::of_waypoint(waypoint, swing.0.joints.len());
+    SwingFoot::new(swing, robot, world).touches(&Posture::new(swing.0, &configuration))
+}
+
 /// A foot that swings, and whether it touches the world.
 struct SwingFoot<'a> {
     model: &'a RobotModel,

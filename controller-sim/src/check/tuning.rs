@@ -16,10 +16,28 @@ pub(crate) const SOLE_TURN_SPEED_MAX: f64 = 0.1;
 /// How far over the ground or in it a sole of a smooth motion may be declared, m: a foot that meets
 /// the ground before or after its time meets it at speed, and rocks.
 pub(crate) const LANDING_HEIGHT_MAX: f64 = 5e-4;
+/// The same of a sole as the motion has it, with its distance from its declared place, m.
+pub(crate) const MOVED_HEIGHT_MAX: f64 = 1e-3;
+/// How much deeper than the other one a sole of a smooth motion may be as it moves, m. Plans need
+/// 0.6 mm.
+pub(crate) const MOVED_LEVEL_MAX: f64 = 8e-4;
+/// The same of straight lines, m: with 2 mm G1's root strays by 38 mm, with 3.6 mm it falls.
+pub(crate) const STRAIGHT_LEVEL_MAX: f64 = 2e-3;
 
 /// The largest share of its effort limit by which a feed-forward torque of a robot on one foot may
 /// differ from what the contact forces explain: hubo stands in a replay with as much on all joints.
 pub(crate) const FEED_FORWARD_OFF_MAX: f64 = 0.05;
+/// The same on two feet, where the checker's contact forces lie on the ground that its rays find.
+/// Plans on rough ground need 0.12.
+pub(crate) const SHARED_OFF_MAX: f64 = 0.15;
+/// The same on one foot where the rate of plan time changes by [`STOP_CHANGE`]. Plans need 0.09.
+pub(crate) const STOP_OFF_MAX: f64 = 0.15;
+/// The change of the rate of plan time at which its torques are compared, 1/s: that of a stop
+/// within half a second.
+pub(crate) const STOP_CHANGE: f64 = 4.0;
+/// The largest feed-forward torque in a stop, as a share of the effort limit. Plans for small
+/// ankles state 1.65 on two feet, where the motor gives no more than its limit.
+pub(crate) const STOP_USE_MAX: f64 = 2.0;
 
 // Collision.
 

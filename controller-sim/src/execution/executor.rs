@@ -240,6 +240,9 @@ impl ChunkExecutor {
             let segment = MotionSegment { mode, contacts, waypoints, course };
             return self.checker.check_segment(&segment, heartbeat);
         }
+        if self.landing(chunk).is_some() {
+            self.checker.check_landing(chunk.contacts(), &chunk.waypoints()[0])?;
+        }
         let none = RecentChunks::default();
         let recent = if self.starts_plan(chunk) { &none } else { &self.recent };
         recent.check_next(&mut self.checker, (mode, chunk), heartbeat)
@@ -419,6 +422,7 @@ impl ChunkExecutor {
             let (begin, end) = (first.time, last.time);
             return bad(format!("it begins at {begin} s, the chunk before ended at {end} s"));
         }
+        goes_on.map_or(Ok(()), |last| check_torques_go_on(last, first)).or_else(bad)?;
         let brakes = self.recent.brake_at().filter(|_| goes_on.is_some());
         if let Some(before) = brakes.filter(|before| !is_at_most(*before, chunk.brake_at)) {
             let at = chunk.brake_at;
@@ -452,6 +456,20 @@ fn check_rests(chunk: &PlanChunk) -> Result<(), String> {
         return Err(format!("the plan ends at {end} s, and its last chunk rests at {rest_at} s"));
     }
     Ok(())
+}
+
+/// Whether a chunk's first waypoint states the feed-forward torques of the last one before it, so
+/// that no chunk leaves out those that others state.
+fn check_torques_go_on(last: &Waypoint, first: &Waypoint) -> Result<(), String> {
+    let torques = |w: &Waypoint| w.torque.into_iter().chain(w.rest_torque);
+    let jump = largest(torques(last).zip(torques(first)).map(|(x, y)| (x - y).abs()));
+    if is_at_most(jump, CONTINUITY_MAX) {
+        return Ok(());
+    }
+    Err(format!(
+        "its feed-forward torques begin {jump:.3e} N m or N from those of the chunk before, limit \
+         {CONTINUITY_MAX:.0e}"
+    ))
 }
 
 /// The largest difference of any number of two waypoints but their torques; NaN where one is NaN.

@@ -27,8 +27,8 @@ const SERIES_BELOW: f64 = 1e-2;
 /// Position, velocity and acceleration.
 type Derivatives = [f64; 3];
 
-/// The motion at `time` (s) between two waypoints, of which the second one is later. The torque is
-/// not evaluated.
+/// The motion at `time` (s) between two waypoints, of which the second one is later, with its
+/// torques, which change evenly.
 pub(crate) fn between(from: &Waypoint, to: &Waypoint, time: f64) -> Waypoint {
     let elapsed = time - from.time;
     let mut waypoint = Waypoint { time, ..*from };
@@ -45,6 +45,14 @@ pub(crate) fn between(from: &Waypoint, to: &Waypoint, time: f64) -> Waypoint {
         waypoint.root_acceleration[axis] = acceleration;
     }
     turn_root(&mut waypoint, [from, to], elapsed);
+    let share = elapsed / (to.time - from.time);
+    for (torques, last) in [
+        (&mut waypoint.torque, &to.torque),
+        (&mut waypoint.rest_torque, &to.rest_torque),
+        (&mut waypoint.rate_change_torque, &to.rate_change_torque),
+    ] {
+        torques.iter_mut().zip(last).for_each(|(torque, last)| *torque += share * (last - *torque));
+    }
     waypoint
 }
 

@@ -173,6 +173,10 @@ pub fn check_plan_in(
         let mut found = checker.check_all(&segment);
         let kept = before.take();
         found.violations.extend(kept.as_ref().and_then(|kept| transition_violation(kept, &phase)));
+        if parsed.is_smooth && kept.as_ref().is_some_and(|kept| phase.lands_after(kept)) {
+            let landing = &parsed.waypoints[phase.range.start];
+            found.violations.extend(checker.check_landing(&phase.contacts, landing).err());
+        }
         found.violations.extend(motion_at_end(&parsed.waypoints, &phase.range));
         report.add(index, phase.range.start, &mut found);
         before = Some(phase.keeping_contacts_of(kept));
@@ -192,6 +196,18 @@ fn fitted(
     }));
     notes.extend(checker.hollow_soles());
     checker.excuse_none_clear_in(&parsed.waypoints[0]);
+    let checker = with_stops_of(plan, parsed.is_smooth, checker, notes);
+    notes.extend(checker.allowed_overlaps().iter().chain(checker.idle_overlaps()).cloned());
+    checker
+}
+
+/// The checker for the stops that a plan names. Those that it cannot check are noted.
+fn with_stops_of(
+    plan: &PlanFile,
+    is_smooth: bool,
+    mut checker: Checker,
+    notes: &mut Vec<String>,
+) -> Checker {
     if let Err(reason) = fitting_chunks(plan) {
         checker = checker.keeping_default_accelerations();
         notes.push(format!(
@@ -199,16 +215,27 @@ fn fitted(
              accelerations stay within {ACCELERATION_DEFAULT} where the robot file states no limit"
         ));
     }
-    if parsed.is_smooth && plan.chunks.is_empty() {
-        checker = checker.with_stops_in_motion();
+    if is_smooth && plan.chunks.is_empty() {
         notes.push("the plan names no chunks, so it has no stops to be checked".to_owned());
     }
-    notes.extend(checker.allowed_overlaps().iter().chain(checker.idle_overlaps()).cloned());
+    if plan.executed {
+        checker = checker.with_stops_in_motion();
+        notes.push(
+            "a walk as it was executed, with its stops: of its feed-forward torques only the size \
+             is checked"
+                .to_owned(),
+        );
+    }
     checker
 }
 
-/// Refuses a walk as it was executed with misplaced feet, whose motion is not continuous.
+/// Refuses a walk as it was executed with misplaced feet, whose motion is not continuous, and one
+/// with the chunks of a plan.
 fn refuse_disturbed(plan: &PlanFile, plan_path: &Path) -> Result<(), InputError> {
+    if plan.executed && !plan.chunks.is_empty() {
+        let message = "a walk as it was executed has taken its stops, and names no chunks";
+        return Err(InputError::element(plan_path, "executed", message.to_owned()));
+    }
     let Some(seed) = plan.disturb_seed else { return Ok(()) };
     let message = format!(
         "the walk set feet down off their places (--disturb {seed}), so legs leap where a foot \
@@ -242,6 +269,11 @@ struct Phase {
 impl Phase {
     fn stance(&self) -> Stance<'_> {
         Stance { mode: self.mode, contacts: &self.contacts }
+    }
+
+    /// Whether a foot is set down where this phase begins.
+    fn lands_after(&self, before: &Self) -> bool {
+        self.mode == SupportMode::Double && before.mode != SupportMode::Double
     }
 
     /// The same phase with each foot that has stayed since the phase before where it was set down,

@@ -80,6 +80,12 @@ impl InverseDynamics {
         Self { contacts: wrenches.first().copied().unwrap_or(Wrench::ZERO), free: free.collect() }
     }
 
+    /// The joint torques that remain beside these, N m or N.
+    pub fn less(mut self, torques: &[f64]) -> Self {
+        self.free.iter_mut().zip(torques).for_each(|(free, torque)| *free -= torque);
+        self
+    }
+
     /// The joint torques of a robot on one foot, which exerts the whole contact wrench.
     pub fn torques_on(&self, model: &RobotModel, posture: &Posture, limb: usize) -> Vec<f64> {
         let mut torques = self.free.clone();

@@ -48,6 +48,8 @@ pub(crate) struct Contacts {
     /// Shortest edge of the faces of meshes that carry and are inclined against the sole, m;
     /// infinite where there are none.
     pub corner_spacing: f64,
+    /// Whether the sole tilts: it does not rest on the highest ground under it.
+    pub is_tilting: bool,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
     /// world.
     pub intrusion: Option<DVec3>,
@@ -93,6 +95,7 @@ impl Scratch {
                 has_line: false,
                 area_max: 0.0,
                 corner_spacing: f64::INFINITY,
+                is_tilting: false,
                 intrusion: None,
                 height_off: None,
             },

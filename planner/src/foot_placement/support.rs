@@ -6,6 +6,7 @@ use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
 use crate::foot_placement::elements::{CurvedSurface, Element, Face, FaceKind, SurfaceEnds};
 use crate::foot_placement::posed_sole::{PosedSole, SoleShape, SupportRequirement, is_sole};
+use crate::foot_placement::resting_sole::rest_from;
 use crate::foot_placement::scratch::{Contacts, Scratch};
 use crate::foot_placement::sole_support::{NoSupport, Support};
 use crate::foot_placement::surfaces::Surfaces;
@@ -15,7 +16,7 @@ use crate::geometry::polygon::{
     CLIP_VERTICES_MAX, ClipBuffer, HalfPlane, Sides, area_and_centroid, clip, clip_to_sides,
     convex_hull, distance_to, inner_distance, simplify, width,
 };
-use crate::geometry::resting_foot::{GroundPoint, clip_to_held, keep_from_ground_edges};
+use crate::geometry::resting_foot::{GroundPoint, clip_to_held, keep_from_ground_edges, tilts};
 
 /// Depth inside the outline from which a surface counts as standing in it, m. A surface that only
 /// touches the outline does not.
@@ -110,7 +111,8 @@ impl Surfaces {
     }
 
     /// The same, if the support meets the requirement. The sole moves along its normal where the
-    /// highest ground under it is in touch, but too far from its plane to land on it.
+    /// highest ground under it is in touch, but too far from its plane to land on it. It tilts
+    /// where it does not rest on the highest ground, if it has such a support then, too.
     pub(crate) fn set_down(
         &self,
         scratch: &mut Scratch,
@@ -118,13 +120,20 @@ impl Surfaces {
         world_from_sole: &Pose,
         requirement: SupportRequirement,
     ) -> Result<(Pose, Support), NoSupport> {
-        let exact = self.support_of(scratch, shape, world_from_sole, requirement);
-        let Some(height) = scratch.contacts.height_off.take() else {
-            return exact.map(|support| (*world_from_sole, support));
-        };
-        let moved = *world_from_sole * Pose::from_translation(DVec3::Z * height);
-        let support = self.support_of(scratch, shape, &moved, requirement)?;
-        Ok((moved, support))
+        let (mut pose, mut exact) =
+            (*world_from_sole, self.support_of(scratch, shape, world_from_sole, requirement));
+        if let Some(height) = scratch.contacts.height_off.take() {
+            pose *= Pose::from_translation(DVec3::Z * height);
+            exact = self.support_of(scratch, shape, &pose, requirement);
+        }
+        let exact = exact?;
+        if scratch.contacts.is_tilting
+            && let Some(rest) = rest_from(self, scratch, shape.outline, &pose)
+            && let Ok(support) = self.support_of(scratch, shape, &rest, requirement)
+        {
+            return Ok((rest, support));
+        }
+        Ok((pose, exact))
     }
 
     /// The support of a sole at a pose, if it meets the requirement.
@@ -158,6 +167,7 @@ impl Surfaces {
             return Err(NoSupport::NothingBelow);
         }
         self.check_height(&mut scratch.contacts, &sole)?;
+        scratch.contacts.find_tilt(&sole);
         self.evaluate_contacts(scratch, &sole, requirement.area_min)
     }
 
@@ -495,6 +505,12 @@ fn shortest_edge(vertices: &[DVec3]) -> f64 {
 }
 
 impl Contacts {
+    /// Finds whether the sole tilts. Parts of a sole with pads lie above its plane.
+    fn find_tilt(&mut self, sole: &PosedSole) {
+        let middle = area_and_centroid(sole.outline).1;
+        self.is_tilting = sole.pads.is_empty() && tilts(&self.ground, middle);
+    }
+
     /// Adds the vertices of a polygon in the sole frame.
     fn add_all(&mut self, polygon: &[DVec3]) {
         polygon.iter().for_each(|point| self.add(point.truncate()));

@@ -22,6 +22,8 @@ const CORNER_ROUNDS_MAX: usize = 4;
 const CORNER_CUT_MIN: f64 = 5e-4;
 /// Points lower than the highest by more do not touch the foot, m.
 const TOUCH_GAP_MAX: f64 = 1.5e-3;
+/// Points lower than the highest by more are not those on which a foot rests, m.
+const REST_GAP_MAX: f64 = 2e-4;
 /// Points that differ less in height are level, m.
 const LEVEL_MAX: f64 = 1e-7;
 /// Points nearer to each other along a direction are one, m.
@@ -65,6 +67,34 @@ pub(crate) fn clip_to_held(
     let lowered = ground.iter_mut().filter(|point| point.is_carrying);
     lowered.for_each(|point| point.at.z -= point.drop);
     clip_to_touched(hull, spare, ground, height);
+}
+
+/// Whether a foot whose load is at `middle` (sole frame, m) tilts on `ground`: the points that it
+/// touches do not surround the load. On ground of one height it does not.
+pub(crate) fn tilts(ground: &[GroundPoint], middle: DVec2) -> bool {
+    let lowest = top(ground) - REST_GAP_MAX;
+    let touches = |point: &&GroundPoint| point.at.z >= lowest;
+    if ground.iter().all(|point| touches(&point)) {
+        return false;
+    }
+    !surround(ground.iter().filter(touches).map(|point| point.at.truncate() - middle))
+}
+
+/// Whether vectors point to all sides: no half plane has all of them.
+fn surround(mut directions: impl Iterator<Item = DVec2>) -> bool {
+    let Some(first) = directions.next() else { return false };
+    // The cone from `right` to `left` that holds those so far.
+    let (mut right, mut left) = (first, first);
+    for direction in directions {
+        let [from_right, from_left] = [right, left].map(|side| side.perp_dot(direction));
+        match (from_right < 0.0, from_left > 0.0) {
+            (false, false) if right.dot(direction) >= 0.0 || left.dot(direction) >= 0.0 => {}
+            (false, true) => left = direction,
+            (true, false) => right = direction,
+            _ => return true,
+        }
+    }
+    false
 }
 
 /// The height of the highest point, m.
@@ -354,5 +384,47 @@ mod tests {
         let steep = GroundPoint { is_carrying: false, ..point(0.05, 0.0, 0.0) };
         let [_, high] = held(&[ground, vec![steep]].concat());
         assert!(high < wanted[1], "{high} {wanted:?}");
+    }
+
+    #[test]
+    fn a_foot_tilts_where_what_it_touches_lies_on_one_side() {
+        // Its sides are 0.2 m and 0.1 m long; it touches where it is highest.
+        let plane = |slope: DVec2| -> Vec<GroundPoint> {
+            let corners = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)];
+            let height = |x: f64, y: f64| slope.dot(DVec2::new(x, y));
+            corners.map(|(x, y)| point(x, y, height(x, y))).to_vec()
+        };
+        assert!(!tilts(&plane(DVec2::ZERO), DVec2::ZERO));
+        assert!(tilts(&plane(DVec2::new(5e-3, 0.0)), DVec2::ZERO), "it touches an edge");
+        assert!(tilts(&plane(DVec2::new(5e-3, 3e-3)), DVec2::ZERO), "it touches a corner");
+        let on_three = |x: f64| {
+            let feet = [point(-0.1, 0.0, 0.0), point(x, -0.05, 0.0), point(x, 0.05, -1e-4)];
+            [&feet[..], &plane(DVec2::ZERO).into_iter().map(lower).collect::<Vec<_>>()].concat()
+        };
+        assert!(!tilts(&on_three(0.02), DVec2::ZERO));
+        assert!(tilts(&on_three(-0.02), DVec2::ZERO), "the load is beside the three");
+        assert!(!tilts(&on_three(-0.02), DVec2::new(-0.05, 0.0)));
+    }
+
+    fn lower(point: GroundPoint) -> GroundPoint {
+        GroundPoint { at: point.at - 1e-3 * DVec3::Z, ..point }
+    }
+
+    #[test]
+    fn directions_surround_if_no_half_plane_has_all_of_them() {
+        let towards = |angles: &[f64]| {
+            let unit = |angle: &f64| {
+                let (sin, cos) = libm::sincos(angle.to_radians());
+                DVec2::new(cos, sin)
+            };
+            let forward = surround(angles.iter().map(unit));
+            assert_eq!(forward, surround(angles.iter().rev().map(unit)), "{angles:?}");
+            forward
+        };
+        assert!(!towards(&[]) && !towards(&[10.0]) && !towards(&[10.0, 10.0, 150.0]));
+        assert!(!towards(&[0.0, 90.0, 170.0, 45.0]));
+        assert!(towards(&[0.0, 120.0, 240.0]) && towards(&[10.0, 100.0, 189.0, 300.0]));
+        assert!(!towards(&[200.0, 350.0, 270.0]));
+        assert!(towards(&[200.0, 350.0, 270.0, 90.0]));
     }
 }

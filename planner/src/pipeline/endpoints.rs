@@ -20,7 +20,7 @@ use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::foot_placement::YAW_SPREAD_MAX;
 use crate::foot_placement::foothold_query::FootholdQuery;
-use crate::foot_placement::rough_ground::{SoleToRest, rest_pose};
+use crate::foot_placement::resting_sole::{SoleToRest, rest_pose};
 use crate::foot_placement::sole_support::{NoSupport, SurfacesError};
 use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, SoleShape, Surfaces};
 use crate::pipeline::outcome::EndpointError;

@@ -10,7 +10,7 @@ use serde::de::{Deserializer, IgnoredAny, MapAccess, Visitor};
 use crate::base::closest::closest;
 
 /// The keys of a plan file.
-const OF_PLAN: [&str; 11] = [
+const OF_PLAN: [&str; 12] = [
     "schema",
     "robot",
     "scene",
@@ -22,6 +22,7 @@ const OF_PLAN: [&str; 11] = [
     "goal",
     "origin",
     "disturb_seed",
+    "executed",
 ];
 /// The keys of its robot.
 const OF_ROBOT: [&str; 9] = [

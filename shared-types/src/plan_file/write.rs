@@ -65,6 +65,7 @@ pub fn executed_plan(
     PlanFile {
         chunks,
         disturb_seed,
+        executed: true,
         ..plan_from_chunks(robot, world, scenario, executed, plan_dir)
     }
 }
@@ -113,6 +114,7 @@ pub fn plan_without_origin(
         goal,
         origin: None,
         disturb_seed: None,
+        executed: false,
     }
 }
 

@@ -40,6 +40,9 @@ pub struct PlanFile {
     /// walk as it was executed: the leg of a foot leaps where it lands, so it cannot be checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disturb_seed: Option<u64>,
+    /// Whether the file holds a walk as it was executed, with its stops, and no plan to execute.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub executed: bool,
 }
 
 /// Digests of what a plan was made from, as hexadecimal SHA-256. Those of robot, world and scenario
