@@ -59,7 +59,7 @@ impl Foothold {
     }
 
     /// A foothold of a robot where this part of the sole (sole frame, m) is supported, within the
-    /// ankle limits. Its ground is even or uneven, as the support tells.
+    /// ankle limits. Its ground is even or uneven, as the support shows.
     pub fn of(
         robot: &Mechanism,
         limb: usize,
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     #[allow(clippy::unwrap_used, reason = "the shipped robot loads")]
-    fn a_support_inside_the_outline_and_near_corners_tell_the_ground() {
+    fn a_support_inside_the_outline_and_near_corners_show_the_ground() {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml");
         let model = load_robot(&file).unwrap();
         let robot = Mechanism::new(&model, &PlannerConfig::default()).unwrap();
