@@ -113,7 +113,8 @@ fn beyond(world: &str, [low, high]: [DVec3; 2]) -> f64 {
         let at = DVec3::from_array([0, 1, 2].map(|axis| random.uniform(low[axis], high[axis])));
         let heading = rotation_about(DVec3::Z, random.uniform(-3.0, 3.0));
         index += 1;
-        for found in placements(&surfaces, sole, Pose::from_parts(at, heading), index) {
+        let near = placements(&surfaces, sole, Pose::from_parts(at, heading), index);
+        for found in near.into_iter().take(PLACEMENTS - count) {
             let region = measured(&mut checker, &model, &found.world_from_sole);
             for corner in &found.support.polygon {
                 let corner = found.world_from_sole * corner.extend(0.0);

@@ -206,7 +206,7 @@ fn a_hull_and_a_mesh_carry_like_the_box_they_trace() {
 }
 
 #[test]
-fn an_uneven_mesh_shows_how_near_its_corners_are() {
+fn an_uneven_mesh_reports_how_near_its_corners_are() {
     // Ridges along y, 0.3 mm high, one at every second corner.
     let spacing = |cells: u32| {
         let step = 0.8 / f64::from(cells);

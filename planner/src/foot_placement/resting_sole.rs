@@ -46,7 +46,7 @@ pub(crate) fn rest_pose(
 ) -> Option<Pose> {
     let &SoleToRest { outline, position, yaw, reach_z } = sole;
     let level = pose_on_plane(position, DVec3::Z, yaw);
-    settled(surfaces, scratch, outline, (&level, reach_z))
+    set_to_rest(surfaces, scratch, outline, (&level, reach_z))
 }
 
 /// The pose in which a sole comes to rest from one in which it touches the ground; `None` as for
@@ -57,7 +57,7 @@ pub(crate) fn rest_from(
     outline: &[DVec2],
     touching: &Pose,
 ) -> Option<Pose> {
-    settled(surfaces, scratch, outline, (touching, near(surfaces)))
+    set_to_rest(surfaces, scratch, outline, (touching, near(surfaces)))
 }
 
 /// Lowest and highest ground near a sole that touches it, relative to the sole, m.
@@ -67,7 +67,7 @@ fn near(surfaces: &Surfaces) -> [f64; 2] {
 
 /// The pose in which a sole rests that is set down from `pose` on the ground between two heights
 /// relative to it, m.
-fn settled(
+fn set_to_rest(
     surfaces: &Surfaces,
     scratch: &mut Scratch,
     outline: &[DVec2],
