@@ -91,6 +91,12 @@ fn clients_request_one_walk_after_the_other_and_a_monitor_receives_them() {
         output.out,
         output.err
     );
+    let far = ["--goal", "12000,0,0,0"];
+    for arguments in [&far[..], &["--goal", "1,0,0,0", "--stance-width", "200"]] {
+        let output = pair.request(arguments);
+        let asks = output.err.contains("the request is invalid: goal: out of range: millimetres?");
+        assert!(output.code == 2 && asks, "{arguments:?}: {}{}", output.out, output.err);
+    }
     for start in [&[][..], &["--start", "0,0,0,0"]] {
         let output = pair.request(&[start, &["--goal", "3000,0,0,0"]].concat());
         let asks = output.out.contains("m from the start: millimetres? positions are in m");

@@ -128,7 +128,8 @@ fn feedback(bytes: &[u8]) {
 fn request(bytes: &[u8]) {
     let mut request: PlanRequest = message(bytes);
     request.write_crc();
-    let _ = (request.known_kind(), request.start.stance_pose(), request.goal.stance_pose());
+    let _ =
+        (request.known_kind(), request.start.requested_pose(0.2), request.goal.requested_pose(0.2));
     let mut status: PlanStatus = message(bytes);
     status.write_crc();
     let _ = status.known_state();

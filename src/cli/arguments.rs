@@ -308,15 +308,9 @@ pub struct RequestArguments {
         requires = "goal"
     )]
     pub start: Option<StanceArgument>,
-    /// Lateral distance between the soles, m
-    #[arg(
-        long,
-        value_name = "M",
-        default_value_t = 0.2,
-        allow_hyphen_values = true,
-        value_parser = positive
-    )]
-    pub stance_width: f64,
+    /// Lateral distance between the soles, m [default: that of the goal in the planner's scenario]
+    #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = positive)]
+    pub stance_width: Option<f64>,
     /// Cancel the current request
     #[arg(long)]
     pub cancel: bool,

@@ -40,7 +40,7 @@ fn request_of(arguments: &RequestArguments) -> PlanRequest {
     let data = |stance: &StanceArgument| StancePoseData {
         position: stance.position,
         yaw: stance.yaw,
-        stance_width: arguments.stance_width,
+        stance_width: arguments.stance_width.unwrap_or(0.0),
     };
     let kind = match (arguments.cancel, &arguments.start, &arguments.goal) {
         (true, _, _) => RequestKind::Cancel,
@@ -168,7 +168,11 @@ impl<'a> Waiting<'a> {
                 "the robot finishes the chunks on their way".into()
             }
             Some(RequestState::Delivering) if record.chunks == 0 => {
-                format!("{plan}: the robot walks while the rest of it is planned")
+                let walks = if record.accepted > 0 { "the robot walks" } else { "sent" };
+                format!("{plan}: {walks} while the rest of it is planned")
+            }
+            Some(RequestState::Delivering) if record.accepted == 0 => {
+                format!("{plan}: found, {} chunks; no controller has accepted one", record.chunks)
             }
             Some(RequestState::Delivering) => {
                 format!("{plan}: found, {} chunks; the robot walks", record.chunks)

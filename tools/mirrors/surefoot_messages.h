@@ -268,7 +268,8 @@ typedef struct {
     double position[3];
     /* Heading about the world's z axis, rad. */
     double yaw;
-    /* Lateral distance between the two sole frames, m. */
+    /* Lateral distance between the two sole frames, m; in a request 0 stands for that of the
+       goal in the planner's scenario. */
     double stance_width;
 } surefoot_StancePoseData;
 static_assert(sizeof(surefoot_StancePoseData) == 40, "size");

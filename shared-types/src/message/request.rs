@@ -43,7 +43,8 @@ pub struct StancePoseData {
     pub position: [f64; 3],
     /// Heading about the world's z axis, rad.
     pub yaw: f64,
-    /// Lateral distance between the two sole frames, m.
+    /// Lateral distance between the two sole frames, m; in a request 0 stands for that of the goal
+    /// in the planner's scenario.
     pub stance_width: f64,
 }
 
@@ -140,6 +141,14 @@ impl From<StancePose> for StancePoseData {
 }
 
 impl StancePoseData {
+    /// The stance of a request, if its numbers are in range; `usual_width` takes the place of a
+    /// width of 0.
+    pub fn requested_pose(&self, usual_width: f64) -> Option<StancePose> {
+        let is_usual = self.stance_width == 0.0;
+        let stance_width = if is_usual { usual_width } else { self.stance_width };
+        Self { stance_width, ..*self }.stance_pose()
+    }
+
     /// The stance, if its numbers are in range.
     pub fn stance_pose(&self) -> Option<StancePose> {
         let bounded =
@@ -150,6 +159,13 @@ impl StancePoseData {
             yaw: self.yaw,
             stance_width: self.stance_width,
         })
+    }
+
+    /// Whether the numbers of a request are numbers. A planner that serves answers those that are
+    /// out of range.
+    fn is_finite(&self) -> bool {
+        let numbers = self.position.iter().chain([&self.yaw, &self.stance_width]);
+        numbers.copied().all(f64::is_finite)
     }
 }
 
@@ -173,9 +189,9 @@ impl PlanRequest {
     /// The request's kind, if the request is undamaged and well-formed.
     pub fn known_kind(&self) -> Option<RequestKind> {
         let kind = RequestKind::from_wire(self.kind)?;
-        let start = kind != RequestKind::StartAndGoal || self.start.stance_pose().is_some();
-        let goal = !matches!(kind, RequestKind::Goal | RequestKind::StartAndGoal)
-            || self.goal.stance_pose().is_some();
+        let start = kind != RequestKind::StartAndGoal || self.start.is_finite();
+        let goal =
+            !matches!(kind, RequestKind::Goal | RequestKind::StartAndGoal) || self.goal.is_finite();
         let has_ids = self.schema == REQUEST_SCHEMA && self.client != 0 && self.number != 0;
         (has_ids && start && goal && self.crc_matches()).then_some(kind)
     }
@@ -239,6 +255,13 @@ mod tests {
         assert_eq!(request.known_kind(), None, "without a CRC");
         assert_eq!(with_crc(request).known_kind(), Some(RequestKind::StartAndGoal));
         assert_eq!(StancePoseData::from(stance.stance_pose().unwrap()), stance);
+        let usual = StancePoseData { stance_width: 0.0, ..stance };
+        assert_eq!(usual.requested_pose(0.3).unwrap().stance_width, 0.3);
+        let negative = StancePoseData { stance_width: -0.1, ..stance };
+        let far = StancePoseData { position: [1e9, 0.0, 0.0], ..stance };
+        assert!([negative, far].iter().all(|stance| stance.requested_pose(0.3).is_none()));
+        let request = PlanRequest { goal: usual, ..request };
+        assert_eq!(with_crc(request).known_kind(), Some(RequestKind::StartAndGoal));
         let odd = StancePoseData { yaw: f64::NAN, ..stance };
         let bad = [
             PlanRequest { schema: 2, ..request },
@@ -248,8 +271,7 @@ mod tests {
             PlanRequest { kind: 0, ..request },
             PlanRequest { start: odd, ..request },
             PlanRequest { goal: odd, ..request },
-            PlanRequest { goal: StancePoseData { stance_width: 0.0, ..stance }, ..request },
-            PlanRequest { goal: StancePoseData { position: [1e9, 0.0, 0.0], ..stance }, ..request },
+            PlanRequest { goal: StancePoseData { stance_width: f64::NAN, ..stance }, ..request },
         ];
         assert!(bad.iter().all(|request| with_crc(*request).known_kind().is_none()));
         assert_eq!(

@@ -23,7 +23,8 @@ const CLEARANCE_COST: f64 = 10.0;
 const TURN_COST: f64 = 0.1;
 /// Axes this near to a direction lie along it.
 const ALONG_MIN: f64 = 0.8;
-/// Arm joints among which the shoulder's roll is looked for.
+/// Arm joints among which the shoulder's roll is looked for, or else its pitch; the last of them,
+/// or of a shorter arm, is the elbow.
 const SHOULDER_JOINTS: usize = 4;
 
 /// A solid of a link, and the sphere around it, in the link's frame.
@@ -61,8 +62,11 @@ impl<'a> ArmSearch<'a> {
         let [arm, other] = arms;
         let heading = rotation_about(DVec3::Z, self.yaw);
         let near_shoulder = &arm[..arm.len().min(SHOULDER_JOINTS)];
-        let shoulder = self.along(near_shoulder, &poses, heading * DVec3::X);
-        let elbow = arm.get(SHOULDER_JOINTS - 1..).and_then(|lower| lower.first()).copied();
+        let shoulder = [DVec3::X, DVec3::Y]
+            .iter()
+            .find_map(|axis| self.along(near_shoulder, &poses, heading * *axis));
+        let elbow = arm.get(SHOULDER_JOINTS - 1).or(arm.last()).copied();
+        let elbow = elbow.filter(|elbow| Some(*elbow) != shoulder);
         let obstacles = self.obstacles(arm);
         let mut best: Option<(f64, Vec<f64>)> = None;
         for turn in SHOULDER_TURNS.iter().filter(|turn| shoulder.is_some() || **turn == 0.0) {

@@ -26,6 +26,8 @@ pub(crate) struct LinkShapes {
     pub(crate) visual: Vec<Vec<LinkShape>>,
     /// Nodes that hold the balls on which such a body stands, beside its looks: no surface of it.
     contact_points: Vec<bool>,
+    /// Why looks of nodes could not be read.
+    unread: Vec<(NodeIndex, InputError)>,
 }
 
 impl LinkShapes {
@@ -36,13 +38,17 @@ impl LinkShapes {
     /// Collision shapes that cannot be read.
     pub(crate) fn read(skeleton: &Skeleton, skip_missing: bool) -> Result<Self, InputError> {
         let mut meshes = MeshStore::default();
-        let mut complaints = Vec::new();
+        let (mut complaints, mut unread) = (Vec::new(), Vec::new());
         let mut read = |node: NodeIndex, visual: bool| {
             let (urdf, link) = (skeleton.urdf, skeleton.nodes[node].urdf_link);
             let choice = ShapeChoice { exact: false, visual, may_lack_meshes: skip_missing };
             let mut found = Vec::new();
             let shapes = build_link(urdf, link, choice, &mut meshes, &mut found).shapes;
-            complaints.extend(found.into_iter().filter(|_| !visual));
+            if visual {
+                unread.extend(found.into_iter().map(|complaint| (node, complaint)));
+            } else {
+                complaints.extend(found);
+            }
             shapes
         };
         let count = skeleton.nodes.len();
@@ -67,7 +73,7 @@ impl LinkShapes {
             complaints.insert(0, hint);
         }
         InputError::all(complaints)?;
-        Ok(Self { collision, visual, contact_points })
+        Ok(Self { collision, visual, contact_points, unread })
     }
 
     /// The shapes that stand for a node.
@@ -77,6 +83,18 @@ impl LinkShapes {
             (false, true) => &self.collision[node],
             (false, false) => &self.visual[node],
         }
+    }
+
+    /// Whether a body has a shape; points are none.
+    pub(crate) fn has_shape(&self, skeleton: &Skeleton, body: NodeIndex) -> bool {
+        skeleton.body_nodes(body).into_iter().any(|node| !self.of(node).is_empty())
+    }
+
+    /// Why a look of a body could not be read.
+    pub(crate) fn unread_look(&self, skeleton: &Skeleton, body: NodeIndex) -> Option<&str> {
+        let nodes = skeleton.body_nodes(body);
+        let mut of_body = self.unread.iter().filter(|(node, _)| nodes.contains(node));
+        of_body.next().map(|(_, complaint)| complaint.message.as_str())
     }
 
     /// Whether a body has collision shapes or contact points.

@@ -18,9 +18,9 @@ use crate::robot_draft::estimates::{
     missing_effort, missing_inertia, missing_range, missing_velocity,
 };
 use crate::robot_draft::foot_choice::choose_feet;
-use crate::robot_draft::foot_search::{LEG_JOINTS, mirrored_pairs};
+use crate::robot_draft::foot_search::{LEG_JOINTS, LEG_JOINTS_MIN, mirrored_pairs};
 use crate::robot_draft::heading::{Heading, ankle_of};
-use crate::robot_draft::locks::{Limbs, limbs};
+use crate::robot_draft::locks::{ARM_JOINTS_MIN, Limbs, limbs};
 use crate::robot_draft::options::DraftOptions;
 use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 use crate::robot_draft::sole_search::{carried_by_balls, find_sole};
@@ -121,8 +121,9 @@ impl RobotDraft {
         let shapes = LinkShapes::read(&skeleton, options.skip_missing_meshes)?;
         let neutral = skeleton.neutral();
         let poses = skeleton.poses(&neutral);
-        let pairs = mirrored_pairs(&skeleton, &poses);
+        let pairs = mirrored_pairs(&skeleton, &poses, LEG_JOINTS_MIN);
         let heading = choose_feet(&skeleton, &shapes, &poses, &pairs, options)?;
+        let pairs = mirrored_pairs(&skeleton, &poses, ARM_JOINTS_MIN);
         let limbs = limbs(&skeleton, &pairs, &heading.feet);
         let parts = DraftParts { skeleton: &skeleton, shapes: &shapes, heading, limbs };
         parts.draft(neutral, &poses, options.knee_bend)
@@ -218,12 +219,18 @@ impl DraftParts<'_> {
         let (sin, cos) = libm::sincos(self.heading.yaw);
         let forward = turn * DVec3::new(cos, sin, 0.0);
         let surface = self.shapes.surface(self.skeleton, body);
+        if !self.shapes.has_shape(self.skeleton, body) {
+            let unread = self.shapes.unread_look(self.skeleton, body);
+            let unread = unread.map_or(String::new(), |reason| format!(" ({reason})"));
+            let message = format!(
+                "has no collision shape (a sphere of radius 0 is none), nor a look that can be \
+                 read{unread}; add a <collision> to the URDF: a box is enough"
+            );
+            return Err(self.error(element(), message));
+        }
         let Some(sole) = find_sole(&surface, turn * DVec3::NEG_Z, forward) else {
-            let message = if surface.is_empty() {
-                "has neither a collision shape nor a look that can be read; add a <collision> to the URDF"
-            } else {
-                "has no flat face that looks down where all joints stand at 0; a point or line foot is not supported"
-            };
+            let message = "has no flat face that looks down where all joints stand at 0; a point \
+                           or line foot is not supported";
             return Err(self.error(element(), message.to_owned()));
         };
         let sole = sole.below(ankle_of(self.skeleton, poses, body));

@@ -11,7 +11,7 @@ use crate::robot_draft::sole_search::find_sole;
 /// Least and most moving joints of a leg that a walk can be planned for.
 pub(crate) const LEG_JOINTS: [usize; 2] = [6, 8];
 /// Least moving joints between two feet's common body and each foot.
-const LEG_JOINTS_MIN: usize = 3;
+pub(crate) const LEG_JOINTS_MIN: usize = 3;
 /// How much higher than the lowest link a foot may end, as a share of the robot's height.
 const GROUND_SHARE: f64 = 0.04;
 /// How far the middles of mirrored links lie off one plane, m.
@@ -29,10 +29,15 @@ pub(crate) struct MirroredPair {
 
 impl MirroredPair {
     /// The pair of two bodies, if they mirror each other where all joints stand at 0.
-    fn new(skeleton: &Skeleton, poses: &[Pose], bodies: [NodeIndex; 2]) -> Option<Self> {
+    fn new(
+        skeleton: &Skeleton,
+        poses: &[Pose],
+        bodies: [NodeIndex; 2],
+        joints_min: usize,
+    ) -> Option<Self> {
         let pair = Self::unchecked(skeleton, bodies);
         let [a, b] = &pair.chains;
-        let is_long = a.len() == b.len() && a.len() >= LEG_JOINTS_MIN;
+        let is_long = a.len() == b.len() && a.len() >= joints_min;
         let kinds = |chain: &[NodeIndex]| -> Vec<_> {
             chain.iter().map(|at| skeleton.nodes[*at].joint.as_ref().map(|it| it.kind)).collect()
         };
@@ -91,14 +96,18 @@ fn is_mirrored(skeleton: &Skeleton, poses: &[Pose], a: &[NodeIndex], b: &[NodeIn
     })
 }
 
-/// All pairs of bodies that mirror each other.
-pub(crate) fn mirrored_pairs(skeleton: &Skeleton, poses: &[Pose]) -> Vec<MirroredPair> {
+/// All pairs of bodies that mirror each other and have this many moving joints each for themselves.
+pub(crate) fn mirrored_pairs(
+    skeleton: &Skeleton,
+    poses: &[Pose],
+    joints_min: usize,
+) -> Vec<MirroredPair> {
     let moving: Vec<NodeIndex> = skeleton.moving().collect();
     let pairs = moving
         .iter()
         .enumerate()
         .flat_map(|(at, a)| moving[at + 1..].iter().map(move |b| [*a, *b]));
-    pairs.filter_map(|bodies| MirroredPair::new(skeleton, poses, bodies)).collect()
+    pairs.filter_map(|bodies| MirroredPair::new(skeleton, poses, bodies, joints_min)).collect()
 }
 
 /// Feet that the URDF gives no shapes: the lowest mirrored pair without any, if it lies below all

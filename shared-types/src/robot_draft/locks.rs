@@ -10,6 +10,8 @@ use crate::robot_draft::skeleton::{NodeIndex, Skeleton};
 
 /// A joint that moves less than this share of the robot's mass moves a finger or a cover.
 const MASS_SHARE_MIN: f64 = 1e-3;
+/// Least joints of an arm: a shoulder and an elbow.
+pub(crate) const ARM_JOINTS_MIN: usize = 2;
 /// Most joints of an arm that are looked at, shoulder first.
 const ARM_JOINTS_MAX: usize = 10;
 
@@ -35,7 +37,7 @@ pub(crate) fn limbs(skeleton: &Skeleton, pairs: &[MirroredPair], feet: &Mirrored
             let reason = match (is_toe, is_hand) {
                 (true, _) => "below the sole: a toe",
                 (_, true) => "beyond the wrist: a finger, or a cover",
-                _ => "carries neither a leg nor an arm: a head, or a cover",
+                _ => "carries neither a leg nor an arm of two joints: a head, or a cover",
             };
             limbs.locked.insert(node, reason);
         }
@@ -50,7 +52,7 @@ fn is_below_one(skeleton: &Skeleton, node: NodeIndex, arm: &[NodeIndex]) -> bool
     arm.first().is_some_and(|first| skeleton.is_below(node, *first))
 }
 
-/// Pairs of chains off the trunk that mirror each other.
+/// Pairs of chains off the trunk that mirror each other, and are no fingers of another pair.
 fn arms(
     skeleton: &Skeleton,
     pairs: &[MirroredPair],
@@ -68,10 +70,15 @@ fn arms(
         let sorted = pair.side(skeleton).map_or(pair.clone(), |side| pair.clone().sorted(side));
         let chains = sorted.chains.map(|chain| unbranched(skeleton, &chain));
         let count = chains[0].len().min(chains[1].len());
-        if count > 0 {
+        if count >= ARM_JOINTS_MIN {
             arms.push(chains.map(|chain| chain[..count].to_vec()));
         }
     }
+    let firsts: Vec<NodeIndex> = arms.iter().flatten().map(|arm| arm[0]).collect();
+    let is_finger = |node: NodeIndex| {
+        firsts.iter().any(|first| *first != node && skeleton.is_below(node, *first))
+    };
+    arms.retain(|[left, _]| !is_finger(left[0]));
     arms
 }
 

@@ -270,6 +270,32 @@ fn spheres_of_radius_0_are_no_shapes() {
     }
 }
 
+/// A foot of points whose look is in a format that is not read.
+#[test]
+fn a_foot_of_points_alone_is_named_with_its_look() {
+    let marks = "<collision><geometry><sphere radius=\"0\"/></geometry></collision>";
+    let look = "<visual><geometry><mesh filename=\"foot.wrl\"/></geometry></visual>";
+    for (look, reason) in [("", ""), (look, "foot.wrl")] {
+        let urdf = ["left_foot", "right_foot"].iter().fold(hubo(), |text, foot| {
+            changed(&text, &format!("<link name=\"{foot}\""), "</link>", |link| {
+                let (head, tail) = link.split_once("<collision>").unwrap();
+                let tail = tail.split_once("</collision>").unwrap().1;
+                let corners = [(-0.08, -0.06), (-0.08, 0.06), (0.11, -0.06), (0.11, 0.06)];
+                let marks = corners.map(|(x, y)| {
+                    let origin = format!("<collision><origin xyz=\"{x} {y} -0.12\"/>");
+                    marks.replace("<collision>", &origin)
+                });
+                format!("{head}{}{look}{tail}", marks.concat())
+            })
+        });
+        let published = Published::new(&urdf);
+        std::fs::write(published.folder.path().join("foot.wrl"), "#VRML V2.0 utf8\n").unwrap();
+        let error = published.draft().unwrap_err().to_string();
+        let parts = ["left_foot", "a sphere of radius 0 is none", "a box is enough", reason];
+        assert!(parts.iter().all(|part| error.contains(part)), "{error}");
+    }
+}
+
 /// A heel behind the left foot, and one behind the right foot.
 fn heels() -> String {
     let heel = |side: &str| {
@@ -356,6 +382,42 @@ fn fingers_and_heads_are_locked_and_mimics_go_with_them() {
     let nape = draft.locked.iter().find(|joint| joint.name == "nape").unwrap();
     assert_eq!(nape.value, 0.1);
     assert!(model.locked_joints.iter().any(|locked| locked.joint.name == "left_tip_joint"));
+}
+
+/// Hubo with arms of the first `joints` joints; the others are fixed.
+fn short_arms(joints: usize) -> String {
+    let arm = ["shoulder_pitch", "elbow", "shoulder_roll", "shoulder_yaw"];
+    let fixed = arm.iter().skip(joints).chain(&["wrist_yaw", "wrist_pitch", "wrist_roll"]);
+    fixed.fold(hubo(), |urdf, joint| {
+        ["left", "right"].iter().fold(urdf, |urdf, side| {
+            let name = format!("<joint name=\"{side}_{joint}\" type=");
+            replaced(&urdf, &format!("{name}\"revolute\""), &format!("{name}\"fixed\""))
+        })
+    })
+}
+
+#[test]
+fn arms_of_two_joints_move_and_those_of_one_are_locked() {
+    let (draft, model) = drafted(&short_arms(2));
+    assert!(!draft.locked.iter().any(|joint| joint.name.contains("shoulder")));
+    assert!(model.joints.iter().any(|joint| joint.name == "left_elbow"));
+    // The hands pass through the thighs: without a roll of the shoulder its pitch clears them.
+    let near = ["left", "right"].iter().fold(short_arms(2), |urdf, side| {
+        changed(&urdf, &format!("<joint name=\"{side}_shoulder_pitch\""), "</joint>", |joint| {
+            let at = joint.find("xyz=\"").unwrap() + 5;
+            let end = at + joint[at..].find('"').unwrap();
+            let xyz: Vec<&str> = joint[at..end].split(' ').collect();
+            let aside = if *side == "left" { "0.12" } else { "-0.12" };
+            format!("{}{} {aside} {}{}", &joint[..at], xyz[0], xyz[2], &joint[end..])
+        })
+    });
+    let (draft, _) = drafted(&near);
+    let turned = draft.posture.iter().find(|joint| joint.name == "left_shoulder_pitch");
+    assert!(turned.is_some_and(|joint| joint.value != 0.0), "{:?}", draft.posture);
+    let (draft, _) = drafted(&short_arms(1));
+    let reason = "carries neither a leg nor an arm of two joints: a head, or a cover";
+    let shoulder = draft.locked.iter().find(|joint| joint.name == "left_shoulder_pitch");
+    assert_eq!(shoulder.unwrap().source, reason);
 }
 
 #[test]

@@ -122,6 +122,10 @@ pub(crate) fn run(
     }
 }
 
+/// The ranges of a request's numbers, for the client whose request is beyond them.
+const REQUEST_RANGES: &str = "out of range: millimetres? positions are in m, at most 10000, the \
+                              heading is in rad, the stance width in m, above 0 and at most 10";
+
 struct Server<'a> {
     arguments: &'a PlanArguments,
     inputs: &'a Inputs,
@@ -241,16 +245,18 @@ impl Server<'_> {
             Ok(task) => task,
             Err(error) => return invalid(error.to_string()),
         };
+        let usual_width = self.inputs.scenario.goal.stance_width;
         let goal = match kind {
             RequestKind::Replan => Some(self.task.scenario.goal),
-            _ => request.goal.stance_pose(),
+            _ => request.goal.requested_pose(usual_width),
         };
-        let Some(goal) = goal else { return invalid("the goal is out of range".into()) };
+        let out_of_range = |which: &str| format!("{which}: {REQUEST_RANGES}");
+        let Some(goal) = goal else { return invalid(out_of_range("goal")) };
         let task = task.towards(goal, request.seed, request.work_max);
-        let task = match (kind, request.start.stance_pose()) {
+        let task = match (kind, request.start.requested_pose(usual_width)) {
             (RequestKind::StartAndGoal, Some(start)) => task.starting_at(start),
             (RequestKind::StartAndGoal, None) => {
-                return invalid("the start is out of range".into());
+                return invalid(out_of_range("start"));
             }
             _ => task,
         };
