@@ -9,7 +9,10 @@ use crate::constraints::foothold::Ground;
 use crate::geometry::polygon::{least_width, outward_sides};
 use crate::timing::limits::Level;
 use crate::timing::path_point::PathSpan;
-use crate::timing::tuning::{FRICTION_ALONG_AXIS, TWIST_ARM_SHARE, TWIST_ARM_SHARE_ROUGH};
+use crate::timing::tuning::{
+    FRICTION_ALONG_AXIS, INCLINED_COSINE, TWIST_ARM_SHARE, TWIST_ARM_SHARE_INCLINED,
+    TWIST_ARM_SHARE_ROUGH,
+};
 
 /// A polygon of a sole, m.
 pub(crate) type SolePolygon = BoundedVec<DVec2, { 2 * POLYGON_VERTICES_MAX }>;
@@ -98,12 +101,13 @@ impl FootSupport {
         let middle = polygon.iter().sum::<DVec2>() / polygon.len().max(1) as f64;
         polygon.iter_mut().for_each(|corner| *corner -= middle);
         let world_from_sole = contact.world_from_sole();
+        let axes = DMat3::from_quat(world_from_sole.rotation);
         Self {
             limb: contact.limb as usize,
             center: world_from_sole * middle.extend(0.0),
             polygon,
-            twist_arm: width.max(WIDTH_MIN) * twist_arm_share(ground),
-            axes: DMat3::from_quat(world_from_sole.rotation),
+            twist_arm: width.max(WIDTH_MIN) * twist_arm_share(ground, axes.z_axis),
+            axes,
             friction,
         }
     }
@@ -121,11 +125,12 @@ impl FootSupport {
     }
 }
 
-/// The arm of a sole's twist as a share of the width of its supported part.
-fn twist_arm_share(ground: Ground) -> f64 {
+/// The arm of a sole's twist as a share of the width of its supported part. `normal` is the sole's.
+fn twist_arm_share(ground: Ground, normal: DVec3) -> f64 {
     match ground {
-        Ground::Even | Ground::Uneven => TWIST_ARM_SHARE,
         Ground::Rough => TWIST_ARM_SHARE_ROUGH,
+        _ if normal.z < INCLINED_COSINE => TWIST_ARM_SHARE_INCLINED,
+        Ground::Even | Ground::Uneven => TWIST_ARM_SHARE,
     }
 }
 
@@ -203,14 +208,23 @@ mod tests {
     }
 
     #[test]
-    fn friction_turns_less_on_a_rough_mesh() {
+    fn friction_turns_less_on_a_rough_mesh_and_on_slopes() {
         let mut contact: Contact = bytemuck::Zeroable::zeroed();
         (contact.polygon_len, contact.rotation) = (4, [0.0, 0.0, 0.0, 1.0]);
+        let mut sloping = contact;
+        sloping.rotation = glam::DQuat::from_rotation_x(0.1).to_array();
         let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]];
-        contact.polygon[..4].copy_from_slice(&corners);
-        let arm = |ground| FootSupport::new((&contact, ground), Level::Full, 0.0, 0.6).twist_arm;
+        for of in [&mut contact, &mut sloping] {
+            of.polygon[..4].copy_from_slice(&corners);
+        }
+        let arm_of = |contact: &Contact, ground| {
+            FootSupport::new((contact, ground), Level::Full, 0.0, 0.6).twist_arm
+        };
+        let arm = |ground| arm_of(&contact, ground);
         assert_eq!(arm(Ground::Even), arm(Ground::Uneven));
         assert!((arm(Ground::Even) - 0.05).abs() < 1e-12);
         assert!((arm(Ground::Rough) - 0.01).abs() < 1e-12);
+        assert!((arm_of(&sloping, Ground::Even) - 0.025).abs() < 1e-12);
+        assert!((arm_of(&sloping, Ground::Rough) - 0.01).abs() < 1e-12);
     }
 }
