@@ -92,7 +92,7 @@ impl BodyPair {
         }
     }
 
-    /// The lowest signed distance allowed, m. What is no foot stays out of the world.
+    /// The lowest signed distance allowed, m. Links other than feet stay out of the world.
     fn deepest(&self, penetration_max: f64) -> f64 {
         if self.measured && matches!(self.other_body, OtherBody::World(_)) {
             return -TOUCH_DEPTH_MAX;
