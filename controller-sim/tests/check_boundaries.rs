@@ -461,7 +461,7 @@ fn a_rod_that_is_met_soon_after_a_waypoint_and_left_behind_at_once_is_found() {
     let met = check_in(robot(), world(vec![rod(-0.025, height - 0.031)]), &step);
     let (violation, _) = refusal(met, Check::Collision);
     assert!(violation.detail.contains("forearm overlaps rod"), "{violation}");
-    check_in(robot(), world(vec![rod(-0.025, height - 0.034)]), &step).unwrap();
+    check_in(robot(), world(vec![rod(-0.025, height - 0.036)]), &step).unwrap();
     check_in(robot(), world(vec![rod(0.03, height - 0.031)]), &step).unwrap();
 }
 

@@ -34,18 +34,17 @@ fn a_collision_with_a_thin_rod_between_two_waypoints_is_found() {
 }
 
 #[test]
-fn overlaps_up_to_the_tolerance_pass() {
+fn a_hand_stays_out_of_the_world() {
     // The hanging hand ends at z = 0.9 + 0.2 - 0.4 - 0.38 = 0.32.
     let block =
         |depth: f64| ("block", at(0.0, 0.25, 0.32 + depth - 0.05), box_of(0.01, 0.01, 0.05));
     let still = [waypoint(0.0, 0.0, 0.0)];
-    let margins = check_motion(robot(), world(vec![block(0.0015)]), &both_feet(), &still).unwrap();
-    assert!((margins.collision + 0.0015).abs() < 1e-6, "{margins:?}");
-    refused(
-        check_motion(robot(), world(vec![block(0.0025)]), &both_feet(), &still),
-        Check::Collision,
-        "2.50 mm",
-    );
+    let on = |depth: f64| check_motion(robot(), world(vec![block(depth)]), &both_feet(), &still);
+    let margins = on(-1e-4).unwrap();
+    assert!((margins.collision - 1e-4).abs() < 1e-6, "{margins:?}");
+    on(5e-7).unwrap();
+    refused(on(1e-4), Check::Collision, "forearm overlaps block by 0.10 mm, limit 0.00 mm");
+    refused(on(0.0025), Check::Collision, "2.50 mm");
 }
 
 #[test]

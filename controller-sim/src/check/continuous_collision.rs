@@ -18,7 +18,7 @@ use crate::check::allowed_pairs::{JointRange, SelfPair, advice, overlap_depth, p
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
-use crate::check::tuning::{LOOK_AHEAD, MARGIN_SHARE, RESOLUTION};
+use crate::check::tuning::{LOOK_AHEAD, MARGIN_SHARE, RESOLUTION, TOUCH_DEPTH_MAX};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::{body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
@@ -92,8 +92,11 @@ impl BodyPair {
         }
     }
 
-    /// The lowest signed distance allowed, m.
+    /// The lowest signed distance allowed, m. Links other than feet stay out of the world.
     fn deepest(&self, penetration_max: f64) -> f64 {
+        if self.measured && matches!(self.other_body, OtherBody::World(_)) {
+            return -TOUCH_DEPTH_MAX;
+        }
         -penetration_max - self.allowed_depth
     }
 
@@ -123,7 +126,7 @@ pub struct ContinuousCollision<'a> {
     pub pairs: &'a mut [BodyPair],
     /// The check that an overlap violates.
     pub check: Check,
-    /// The deepest overlap allowed, m.
+    /// The deepest overlap allowed of two links, and of a foot and the world, m.
     pub penetration_max: f64,
     /// A lower bound on the smallest distance so far, less by at most half of [`RESOLUTION`] or of
     /// [`MARGIN_SHARE`] of it, m; where links touch or overlap, the smallest measured one.

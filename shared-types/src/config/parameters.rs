@@ -245,7 +245,7 @@ pub static PARAMETERS: [Parameter; 30] = [
     Parameter {
         name: "checker.penetration_max",
         unit: "m",
-        effect: "Largest penetration of two bodies that is not yet a collision.",
+        effect: "Largest overlap of two links, and of a foot and the world, that is not yet a collision.",
         range: reals(Included(0.0), Included(NUMBER_MAX)),
         relation: "",
         source: "decision 0003, with `planner.clearance`, lists the value without a reason",

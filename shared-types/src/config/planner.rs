@@ -97,7 +97,8 @@ pub struct CheckerConfig {
     pub contact_tilt_max: f64,
     /// Smallest support area of a stance sole, m2.
     pub support_area_min: f64,
-    /// Largest penetration of two bodies that is not yet a collision, m.
+    /// Largest overlap of two links, and of a foot and the world, that is not yet a collision, m.
+    /// Other links stay out of the world.
     pub penetration_max: f64,
     /// Smallest distance of the centre of mass from the edge of the equilibrium region, m.
     pub com_margin: f64,
