@@ -308,6 +308,36 @@ fn feed_forward_torques_continue_across_chunks() {
     let moving = refusal(NO_STOP, |half| half[0].torque[SHOULDER] += 1e-6);
     let resting = refusal(NO_STOP, |half| half[0].rest_torque[ELBOW] -= 1e-6);
     assert_eq!([moving, resting], [Check::Continuity; 2]);
+    // Rounding may differ.
+    let [first, _] = halves();
+    let motion = smooth_swing(0.3, 1.0, 6);
+    for (size, goes_on) in [(0.8e-9, true), (1.2e-9, false)] {
+        let mut executor = executor();
+        executor.check_and_execute(&first).unwrap();
+        let mut rounded = motion[3..].to_vec();
+        rounded[0].rest_torque[ELBOW] = size;
+        let found = executor.check_and_execute(&chunk(Some(&first), &rounded, NO_STOP));
+        let is_refused = found.is_err_and(|found| found.check == Check::Continuity);
+        assert_eq!(!is_refused, goes_on);
+    }
+}
+
+#[test]
+fn a_new_plan_may_state_other_torques_than_the_one_before() {
+    let still = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    let plan = |plan_id: u64, torque: f64| {
+        let mut motion = still;
+        for waypoint in &mut motion {
+            (waypoint.torque[ELBOW], waypoint.rest_torque[ELBOW]) = (torque, torque);
+        }
+        let mut plan = chunk(None, &motion, NO_STOP);
+        (plan.plan_id, plan.flags) = (plan_id, FLAG_FIRST | FLAG_LAST);
+        plan.write_crc();
+        plan
+    };
+    let mut executor = executor();
+    executor.check_and_execute(&plan(1, 0.0)).unwrap();
+    executor.check_and_execute(&plan(2, 1e-3)).unwrap();
 }
 
 #[test]

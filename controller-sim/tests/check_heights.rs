@@ -90,6 +90,42 @@ fn a_foot_that_lands_early_is_refused() {
     }
 }
 
+#[test]
+fn of_straight_lines_the_soles_count_as_they_move() {
+    // Grounds 2.4 mm apart, of which the roll of the robot makes up 0.6 mm; the other way round
+    // the soles are farther apart.
+    let motion = || vec![waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    let on = |ground: World, higher: f64, roll: f64| {
+        check_motion(robot(), ground, &both_feet(), &moved(motion(), higher, roll))
+    };
+    on(split_ground(2.4e-3), 0.0, -3e-3).unwrap();
+    refused(on(split_ground(2.4e-3), 0.0, 0.0), Check::Contact, "2.40 mm deeper in the ground");
+    // Nothing but the gap bounds how far both are over the ground.
+    let lower = || {
+        let mut ground = split_ground(0.0);
+        ground.shapes.iter_mut().for_each(|shape| shape.world_from_shape.translation.z -= 1.4e-3);
+        ground
+    };
+    on(lower(), 1.4e-3, 0.0).unwrap();
+    refused(on(lower(), 1.7e-3, 0.0), Check::Contact, "may be 3.10 mm off the ground");
+}
+
+#[test]
+fn where_a_foot_lands_soles_are_as_high_as_in_the_motion() {
+    let landing = |higher: f64| {
+        let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
+        let at = moved(vec![waypoint(0.0, 0.0, 0.0)], higher, 0.0)[0];
+        checker.check_landing(&both_feet(), &at)
+    };
+    for higher in [-9e-4, 9e-4] {
+        landing(higher).unwrap();
+    }
+    for (higher, words) in [(-1.1e-3, "1.10 mm in the ground"), (1.1e-3, "1.10 mm over")] {
+        let violation = landing(higher).unwrap_err();
+        assert!(violation.detail.contains(words), "{violation}");
+    }
+}
+
 const IDENTITY: Identity = Identity {
     controller_id: 7,
     robot: Digest([1; 32]),

@@ -76,6 +76,7 @@ mod tests {
     use glam::DQuat;
 
     use super::*;
+    use crate::check::motion::{Change, SampledMotion, Spacing};
     use crate::check_robot::{ELBOW, MASSES, robot, waypoint};
     use crate::kinematics::forward::{Configuration, Posture};
 
@@ -116,6 +117,39 @@ mod tests {
         assert!((turned.x - expected / model.mass()).abs() < 1e-4 * expected, "{turned}");
         let still = turned_between(&model, &sample(0.3, 0.1), &sample(0.3, 0.1));
         assert_eq!(still, DVec3::ZERO);
+    }
+
+    #[test]
+    fn the_momentum_turns_with_the_robot() {
+        let ahead = turned_between(&robot(), &sample(0.0, 0.0), &sample(0.0, 0.02));
+        let aside = turned_between(&robot(), &sample(1.2, 0.0), &sample(1.2, 0.02));
+        assert!((DQuat::from_rotation_z(1.2) * ahead - aside).length() < 1e-12, "{aside}");
+    }
+
+    #[test]
+    fn turns_add_up_over_the_waypoints() {
+        let model = robot();
+        let waypoints = [0.0, 0.1, 0.2].map(|turn| {
+            let mut at = waypoint(10.0 * turn, 0.0, 0.0);
+            at.root_rotation = DQuat::from_rotation_z(turn).to_array();
+            at
+        });
+        let places = waypoints.each_ref().map(|at| Configuration::of_waypoint(at, 4));
+        let changes = places.windows(2).map(|pair| Change::between(&pair[0], &pair[1])).collect();
+        let case = Case {
+            contacts: &[],
+            supports: Vec::new(),
+            waypoints: (&waypoints[..]).into(),
+            received: Vec::new(),
+            instants: Vec::new(),
+            motion: SampledMotion::new(&model, &waypoints, Spacing { changes }),
+            stance_feet: Vec::new(),
+        };
+        let CentreTrack(track) = CentreTrack::new(&model, &case);
+        let turned = [0, 1, 2].map(|index| track[index].1.turned.z);
+        assert!(turned[0] == 0.0 && turned[1] > 0.01, "{turned:?}");
+        assert!((turned[2] - 2.0 * turned[1]).abs() < 1e-9, "{turned:?}");
+        assert_eq!([0, 1, 2].map(|index| track[index].0), [0.0, 1.0, 2.0]);
     }
 
     #[test]

@@ -23,7 +23,7 @@ use crate::check::collision::CollisionModel;
 use crate::check::contact::{check_contact, check_landing};
 use crate::check::course::Course;
 use crate::check::dynamic_torque::check_dynamic_torque;
-use crate::check::feed_forward::{Carriers, check_feed_forward};
+use crate::check::feed_forward::{Carriers, check_feed_forward, check_going_on};
 use crate::check::limits::{check_limits, check_spacing, check_speeds};
 use crate::check::motion::{SampledMotion, Spacing};
 use crate::check::segment::{Case, MotionSegment, Reserves, SegmentReport, Violation};
@@ -237,6 +237,25 @@ impl Checker {
         let motion = SampledMotion::new(&self.model, &[*landing], spacing);
         let (supports, feet) = self.find_feet(contacts, &motion);
         check_landing(&supports, &feet)
+    }
+
+    /// Whether contact forces explain the feed-forward torques of a smooth motion where the robot
+    /// goes on from one motion to the next on the same foot.
+    ///
+    /// # Errors
+    /// None do.
+    pub fn check_going_on(
+        &mut self,
+        contacts: &[Contact],
+        waypoint: &Waypoint,
+    ) -> Result<(), Violation> {
+        if self.has_stops_in_motion || contacts.len() != 1 {
+            return Ok(());
+        }
+        let SoleSupports(supports) = self.sole_supports(contacts, &[*waypoint]);
+        let generators = self.equilibrium.generators(&supports, ALL_FRICTION);
+        let stance = contacts.iter().map(|contact| contact.limb as usize);
+        check_going_on(&self.model, &stance.collect::<Vec<_>>(), &generators, waypoint)
     }
 
     /// The checks of a smooth motion at one instant.

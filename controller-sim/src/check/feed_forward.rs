@@ -72,6 +72,23 @@ pub(crate) fn check_feed_forward(
     })
 }
 
+/// Whether the forces of one foot explain the torques of an instant at which the robot goes on, on
+/// the same foot: there nothing is handed over, although the other foot may touch the ground.
+///
+/// # Errors
+/// They do not.
+pub(crate) fn check_going_on(
+    model: &RobotModel,
+    stance: &[usize],
+    generators: &[Generator],
+    instant: &Waypoint,
+) -> Result<(), Violation> {
+    let standing = StandingFeet { model, generators, stance };
+    standing
+        .check(instant, &Stated::by([instant].into_iter()))
+        .map_err(|detail| Violation::new(Check::DynamicTorque, 0, detail))
+}
+
 /// What a motion states somewhere.
 struct Stated {
     moving: bool,

@@ -401,6 +401,55 @@ mod tests {
     }
 
     #[test]
+    fn a_robot_that_turns_moves_the_zero_moment_point_to_the_side_that_turns_it() {
+        // The angular momentum grows as the moment of the ground's force about the centre of mass,
+        // which is 0.1 m from the edge when the turn begins and 1 m when it ends.
+        let speed = 0.05 * GRAVITY * WINDOW;
+        for [out, axis] in [[DVec3::X, -DVec3::Y], [DVec3::Y, DVec3::X]] {
+            let margin = |sign: f64| {
+                let at = |time: f64, away: f64, turned: f64| {
+                    let centre = away * out + 1.5 * DVec3::Z;
+                    (time, Whole { centre, turned: sign * turned * speed * axis })
+                };
+                let times = [at(0.0, 0.9, 0.0), at(1.0, 0.9, 0.0), at(201.0, 0.0, 200.0)];
+                check_straight(&support(0.0, 1.5), &CentreTrack(times.to_vec())).unwrap()
+            };
+            // Outwards by 0.05 m, or inwards. The centre moves at 4.5 mm/s.
+            assert!((margin(1.0) - 0.05).abs() < 5e-3, "{}", margin(1.0));
+            assert!((margin(-1.0) - 0.1).abs() < 5e-3, "{}", margin(-1.0));
+        }
+    }
+
+    #[test]
+    fn with_a_turn_the_zero_moment_point_stays_inside_the_region_without_a_margin() {
+        let change = |spin: f64| Change {
+            centre: DVec3::new(0.0, 0.0, 1.5),
+            acceleration: DVec3::ZERO,
+            spin: spin * GRAVITY * DVec3::X,
+        };
+        let inside = support(0.5, 1.5).check_change(&change(0.999), 0).unwrap();
+        assert!((inside - 1e-3).abs() < 1e-9, "{inside}");
+        assert!(support(0.5, 1.5).check_change(&change(1.001), 0).is_err());
+    }
+
+    #[test]
+    fn a_force_across_beside_the_centre_of_mass_turns_the_robot() {
+        // The force acts at the origin, 0.5 m beside the centre of mass: its moment about the
+        // vertical is 0.5 m times the acceleration along x.
+        let change = |spin: f64| Change {
+            centre: DVec3::new(0.0, 0.5, 1.5),
+            acceleration: DVec3::X,
+            spin: spin * DVec3::Z,
+        };
+        let holds = |spin: f64, twist_max: f64| {
+            let support = Support { twist_max, ..support(-10.0, 1.5) };
+            support.check_twist(&change(spin), GRAVITY, 0).is_ok()
+        };
+        assert!(holds(0.5, 0.0) && holds(0.0, 0.0505) && !holds(0.0, 0.05));
+        assert!(holds(-0.5, 0.1015) && !holds(-0.5, 0.101));
+    }
+
+    #[test]
     fn the_largest_twist_is_that_of_friction_at_the_farthest_point() {
         let equilibrium = Equilibrium::new(0.5);
         let supports = [sole(&SQUARE, 0.0)];

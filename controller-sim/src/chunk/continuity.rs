@@ -71,3 +71,28 @@ fn pose_difference(a: &Contact, b: &Contact) -> f64 {
     a.translation.distance(b.translation)
         + METRES_PER_RADIAN * rotation_distance(a.rotation.normalize(), b.rotation.normalize())
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use super::*;
+    use crate::check_robot::contact;
+
+    #[test]
+    fn a_foot_that_stays_keeps_its_place_and_its_heading() {
+        let stays = |moved: f64, turned: f64| {
+            let (old, mut new) = ([contact(0)], [contact(0)]);
+            new[0].position = (DVec3::from(old[0].position) + moved * DVec3::X).to_array();
+            new[0].rotation = DQuat::from_rotation_z(turned).to_array();
+            let stance = |contacts| Stance { mode: SupportMode::Left, contacts };
+            check_transition(&stance(&old), &stance(&new)).is_ok()
+        };
+        assert!(stays(0.9e-6, 0.0) && !stays(1.1e-6, 0.0));
+        // A turn of 10 urad moves the ends of a sole by 1 um.
+        for turn in [9e-6, -9e-6] {
+            assert!(stays(0.0, turn) && !stays(0.0, 1.3 * turn), "{turn}");
+            assert!(!stays(0.2e-6, turn), "{turn}");
+        }
+    }
+}

@@ -243,6 +243,10 @@ impl ChunkExecutor {
         if self.landing(chunk).is_some() {
             self.checker.check_landing(chunk.contacts(), &chunk.waypoints()[0])?;
         }
+        let before = self.rest_state.as_ref().filter(|_| !self.starts_plan(chunk));
+        if before.is_some_and(|before| before.mode == mode) {
+            self.checker.check_going_on(chunk.contacts(), &chunk.waypoints()[0])?;
+        }
         let none = RecentChunks::default();
         let recent = if self.starts_plan(chunk) { &none } else { &self.recent };
         recent.check_next(&mut self.checker, (mode, chunk), heartbeat)

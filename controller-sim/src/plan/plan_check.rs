@@ -173,9 +173,9 @@ pub fn check_plan_in(
         let mut found = checker.check_all(&segment);
         let kept = before.take();
         found.violations.extend(kept.as_ref().and_then(|kept| transition_violation(kept, &phase)));
-        if parsed.is_smooth && kept.as_ref().is_some_and(|kept| phase.lands_after(kept)) {
-            let landing = &parsed.waypoints[phase.range.start];
-            found.violations.extend(checker.check_landing(&phase.contacts, landing).err());
+        if let Some(kept) = kept.as_ref().filter(|_| parsed.is_smooth) {
+            let begin = &parsed.waypoints[phase.range.start];
+            found.violations.extend(check_change(&mut checker, kept, &phase, begin).err());
         }
         found.violations.extend(motion_at_end(&parsed.waypoints, &phase.range));
         report.add(index, phase.range.start, &mut found);
@@ -247,6 +247,22 @@ fn refuse_disturbed(plan: &PlanFile, plan_path: &Path) -> Result<(), InputError>
 fn transition_violation(before: &Phase, after: &Phase) -> Option<Violation> {
     let detail = check_transition(&before.stance(), &after.stance()).err()?;
     Some(Violation::new(Check::Continuity, 0, detail))
+}
+
+/// The checks of a smooth motion where one phase ends and the next one begins.
+fn check_change(
+    checker: &mut Checker,
+    before: &Phase,
+    after: &Phase,
+    begin: &Waypoint,
+) -> Result<(), Violation> {
+    if after.lands_after(before) {
+        checker.check_landing(&after.contacts, begin)?;
+    }
+    if after.mode == before.mode {
+        checker.check_going_on(&after.contacts, begin)?;
+    }
+    Ok(())
 }
 
 /// A plan in the checker's own types.
