@@ -365,6 +365,27 @@ fn a_foot_of_several_fixed_links_is_one() {
     assert!(load(&plates("-0.9"), ROBOT).unwrap_err().contains("foot 'left'"));
 }
 
+#[test]
+fn a_sole_on_a_link_fixed_to_the_foot_belongs_to_that_link() {
+    let shape = "<collision><origin xyz=\"0 0 -0.98\"/><geometry><box size=\"0.2 0.1 0.04\"/></geometry></collision>";
+    let with_plate = |ankle: &str| {
+        let plate = format!(
+            "<link name=\"plate\">{shape}</link><joint name=\"mount\" type=\"fixed\">\
+             <origin xyz=\"0 0 0.1\"/><parent link=\"left_foot\"/><child link=\"plate\"/></joint></robot>"
+        );
+        let ankle = shape.replace("0 0 -0.98", ankle).replace("0.2 0.1", "0.05 0.05");
+        let shape_of_plate = plate.replace("0 0 -0.98", "0 0 -1.08");
+        changed(shape, &ankle).replacen("</robot>", &shape_of_plate, 1)
+    };
+    let robot = load(&with_plate("0 0 -0.9"), ROBOT).unwrap();
+    let foot = &robot.feet[0];
+    assert_eq!(robot.links[foot.link].name, "plate");
+    assert!((foot.link_from_sole.translation.z + 1.1).abs() < 1e-9, "{foot:?}");
+    // A link that reaches near the ground is a part of the foot.
+    let robot = load(&with_plate("0 0 -0.97"), ROBOT).unwrap();
+    assert_eq!(robot.links[robot.feet[0].link].name, "left_foot");
+}
+
 trait Add {
     fn add(self, text: &str) -> String;
 }

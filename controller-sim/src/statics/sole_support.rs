@@ -18,7 +18,8 @@ use crate::statics::resting_contact::{AirSample, resting_region};
 use crate::statics::sole_support::crests::crests;
 use crate::statics::sole_support::ray_sample::RaySample;
 use crate::statics::tuning::{
-    CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, RAY_START, SOLES_CACHED_MAX,
+    CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, RAY_START, SAMPLE_SPACING,
+    SOLES_CACHED_MAX,
 };
 use crate::statics::underside::{FineGrid, SolePoint, Underside};
 
@@ -147,10 +148,11 @@ impl SupportFinder {
             neighbours.iter().all(|&other| sample.is_in_plane(&coarse[other]))
         });
         let grid = underside.fine();
-        let around = |samples: &[(&RaySample, &Vec<usize>)]| {
-            grid.around(samples.iter().map(|(sample, _)| sample.point.at))
+        let around = |samples: &[(&RaySample, &Vec<usize>)], width: f64| {
+            grid.around(samples.iter().map(|(sample, _)| sample.point.at), width)
         };
-        let (even, indices) = (around(&in_plane), around(&others));
+        let even = around(&in_plane, 0.5 * SAMPLE_SPACING);
+        let indices = around(&others, grid.width_around());
         let fine: Vec<RaySample> = indices.iter().map(|&index| sample(grid.point(index))).collect();
         let crests = crests(grid, &indices, &fine, sample);
         let ground = |index: usize| (index, sample(grid.point(index)).air);
@@ -162,10 +164,11 @@ impl SupportFinder {
         [widened, crests].concat()
     }
 
-    /// Measures the most air near each sample. The first samples are those of the grid points
-    /// `indices`; the grid points `even` lie in the plane of a sample, which knows its slope. The
-    /// air `beside` the sole, where the foot may come to stand, is given by index and in metres. A
-    /// sample also carries if one as near does: the foot touches a peak from its gentle side.
+    /// Measures the most air near each sample: from its part of the foot to the lowest ground near.
+    /// The first samples are those of the grid points `indices`; the grid points `even` lie in the
+    /// plane of a sample, which knows its slope. The air `beside` the sole, where the foot may come
+    /// to stand, is given by index and in metres. A sample also carries if one as near does: the
+    /// foot touches a peak from its gentle side.
     fn widen(
         &self,
         grid: &FineGrid,
@@ -180,11 +183,11 @@ impl SupportFinder {
         even.iter().for_each(|&index| measured[index].0 = f64::NEG_INFINITY);
         beside.iter().for_each(|&(index, air)| measured[index].0 = air);
         indices.iter().zip(&samples).for_each(|(&index, sample)| {
-            measured[index] = (sample.air, sample.is_carrying);
+            measured[index] = (sample.air - sample.point.height, sample.is_carrying);
         });
         let widen = |sample: &mut RaySample, near: usize| {
-            let (air, is_carrying) = measured[near];
-            sample.most_air = sample.most_air.max(air);
+            let (depth, is_carrying) = measured[near];
+            sample.most_air = sample.most_air.max(sample.point.height + depth);
             sample.is_carrying |= is_carrying && sample.air.is_finite();
         };
         let (fine, coarse) = samples.split_at_mut(indices.len());

@@ -16,6 +16,11 @@ pub(crate) const RAY_START: f64 = 0.02;
 /// A foot counts as flat where its underside is this near to its sole plane, m: meshes of feet are
 /// simplified by as much, and soles yield.
 pub(crate) const SOLE_FLATNESS: f64 = 1e-3;
+/// The same where it is the round side of a cylinder, capsule or ball, m: the samples of the fine
+/// grid nearest to the line in which a cylinder of 20 mm diameter touches lie as near to it.
+pub(crate) const ROUND_FLATNESS: f64 = 2e-5;
+/// Sine of the tilt up to which the surface of such a shape is its flat end.
+pub(crate) const END_TILT_MAX: f64 = 1e-3;
 /// Differences of the air under a sole below this one are even ground, m.
 pub(crate) const EVEN_AIR_MAX: f64 = 1e-6;
 /// Samples with this much more air than the least are looked at more closely, m.

@@ -16,8 +16,8 @@ use crate::geometry::separation::separation;
 use crate::geometry::solid::{Convex, Core, Solid};
 use crate::statics::error::CheckerError;
 use crate::statics::tuning::{
-    EDGE_INSET, EDGE_PULL, FINE_SAMPLE_SPACING, NEIGHBOUR_DISTANCE, RAY_START, SAMPLE_SPACING,
-    SOLE_FLATNESS,
+    EDGE_INSET, EDGE_PULL, END_TILT_MAX, FINE_SAMPLE_SPACING, NEIGHBOUR_DISTANCE, RAY_START,
+    ROUND_FLATNESS, SAMPLE_SPACING, SOLE_FLATNESS,
 };
 
 /// A point of the declared sole.
@@ -189,12 +189,19 @@ impl FineGrid {
         self.heights.len()
     }
 
-    /// The indices of all points of the foot within half a coarse cell of one of `near`, in order.
-    pub(crate) fn around(&self, near: impl Iterator<Item = DVec2>) -> Vec<usize> {
+    /// How far around a sample the ground is measured that the foot may miss, m: a little where the
+    /// underside is flat, since ground farther away is near as well then or out of reach.
+    pub(crate) fn width_around(&self) -> f64 {
+        let is_flat = self.heights.iter().all(|height| !height.is_finite() || *height == 0.0);
+        0.5 * SAMPLE_SPACING + if is_flat { 0.0 } else { self.reach }
+    }
+
+    /// The indices of all points of the foot within `width` (m) of one of `near` along both axes,
+    /// in order.
+    pub(crate) fn around(&self, near: impl Iterator<Item = DVec2>, width: f64) -> Vec<usize> {
         let mut is_wanted = vec![false; self.heights.len()];
         for at in near {
-            let (first, last) =
-                (self.cell(at - 0.5 * SAMPLE_SPACING), self.cell(at + 0.5 * SAMPLE_SPACING));
+            let (first, last) = (self.cell(at - width), self.cell(at + width));
             for x in first.0..=last.0 {
                 let row = x * self.height;
                 is_wanted[row + first.1..=row + last.1].fill(true);
@@ -262,18 +269,20 @@ fn steps_from(steps: &[isize], index: usize) -> impl Iterator<Item = usize> + '_
     steps.iter().map(move |&step| index.wrapping_add_signed(step))
 }
 
-/// The height of the lowest shape over the sole plane, by a ray from below it; 0 within
-/// [`SOLE_FLATNESS`].
+/// The height of the lowest shape over the sole plane, by a ray from below it; 0 where it is flat
+/// within [`SOLE_FLATNESS`], and within [`ROUND_FLATNESS`] where it is round.
 fn height_over(shapes: &[Target], at: DVec2) -> f64 {
     let height = |shape: &Target| match shape.cast(at.extend(-RAY_START), DVec3::Z) {
         Hit::Miss => f64::INFINITY,
         Hit::Inside => -RAY_START,
-        Hit::Surface { distance, .. } => distance - RAY_START,
+        Hit::Surface { distance, normal } => {
+            let height = distance - RAY_START;
+            let is_round = shape.is_round() && normal.truncate().length() > END_TILT_MAX;
+            let flatness = if is_round { ROUND_FLATNESS } else { SOLE_FLATNESS };
+            if is_at_most(height.abs(), flatness) { 0.0 } else { height }
+        }
     };
     let lowest = smallest(shapes.iter().map(height));
-    if is_at_most(lowest.abs(), SOLE_FLATNESS) {
-        return 0.0;
-    }
     if is_at_most(lowest, 2.0 * RAY_START) { lowest } else { f64::INFINITY }
 }
 

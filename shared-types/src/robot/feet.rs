@@ -6,8 +6,11 @@ use crate::base::spatial::Pose;
 
 use crate::robot::merge::{absorb, moved};
 use crate::robot::model::{Attachment, Foot, Link, LinkIndex, LockedJoint};
-use crate::robot::sole::check_sole;
+use crate::robot::sole::{check_sole, height_above_sole};
 use crate::robot::spec::{FootSpec, RobotSpec};
+
+/// Links of a foot that end at least this far above its sole are no part of what it stands on, m.
+const OTHERS_ABOVE_MIN: f64 = 0.02;
 
 /// Links whose shapes belong to a foot: they are fixed to it, and the sole needs them.
 pub(crate) struct FootParts {
@@ -65,6 +68,9 @@ fn build_foot(
     };
     let Err(error) = check_sole(&foot, &links[link], spec) else { return Ok((foot, None)) };
     let parts = fixed_parts(links, link, locked);
+    if let Some(part) = part_with_sole(&foot, links, &parts, spec) {
+        return Ok((part, None));
+    }
     let mut whole = links[link].clone();
     for (part, foot_from_part) in &parts {
         whole.shapes.extend(moved(links[*part].shapes.clone(), foot_from_part));
@@ -73,6 +79,26 @@ fn build_foot(
         return Err(error);
     }
     Ok((foot, Some(FootParts { foot: link, parts })))
+}
+
+/// The foot on the one of its links that has all of the sole, where the others end far above it.
+fn part_with_sole(
+    foot: &Foot,
+    links: &[Link],
+    parts: &[(LinkIndex, Pose)],
+    spec: &FootSpec,
+) -> Option<Foot> {
+    let on_part = |(link, foot_from_link): &(LinkIndex, Pose)| {
+        let link_from_sole = foot_from_link.inverse() * foot.link_from_sole;
+        Foot { link: *link, link_from_sole, ..foot.clone() }
+    };
+    let named = [(foot.link, Pose::IDENTITY)];
+    let mut feet: Vec<Foot> = parts.iter().chain(&named).map(on_part).collect();
+    let stands = |foot: &Foot| check_sole(foot, &links[foot.link], spec).is_ok();
+    let one = feet.iter().position(stands)?;
+    let part = feet.swap_remove(one);
+    let is_clear = |foot: &Foot| height_above_sole(foot, &links[foot.link]) > OTHERS_ABOVE_MIN;
+    feet.iter().all(is_clear).then_some(part)
 }
 
 /// The nearest link from one toward the root that has shapes and to which that one is fixed, as a

@@ -48,7 +48,7 @@ pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<()
             )));
         }
     }
-    let below = distance_below(foot, link);
+    let below = height_above_sole(foot, link);
     if below > SOLE_BELOW_MAX {
         return Err(input_error(format!(
             "its sole lies {:.1} mm below the collision shapes of link '{}', so that the foot stands in the air; at most {:.1} mm is allowed; 'surefoot robot add' finds soles",
@@ -60,8 +60,8 @@ pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<()
     Ok(())
 }
 
-/// How far the plane of the sole lies below all shapes of its link, m.
-fn distance_below(foot: &Foot, link: &Link) -> f64 {
+/// How far the shapes of a link lie above the plane of a sole, m.
+pub(crate) fn height_above_sole(foot: &Foot, link: &Link) -> f64 {
     let mut surface = SurfacePoints::default();
     for part in &link.shapes {
         surface.add(&part.shape, &part.link_from_shape);

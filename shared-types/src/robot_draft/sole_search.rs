@@ -87,11 +87,7 @@ fn link_axes() -> impl Iterator<Item = DVec3> {
 
 /// The outward normals of the faces of the surface's convex hull.
 fn face_normals(surface: &SurfacePoints) -> Vec<DVec3> {
-    let balls = surface
-        .balls
-        .iter()
-        .flat_map(|(centre, radius)| link_axes().map(move |axis| *centre + *radius * axis));
-    let points: Vec<DVec3> = surface.points.iter().copied().chain(balls).collect();
+    let points: Vec<DVec3> = surface.all_points().collect();
     let Ok((corners, triangles)) = hull_triangles(&points) else { return Vec::new() };
     let normal = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|index| corners[index as usize]);
@@ -137,8 +133,7 @@ fn sole_within(
     let depth = surface.extent(down);
     let from_link = Pose::from_parts(down * depth, rotation).inverse();
     let is_low = |point: &DVec3| point.dot(down) >= depth - thickness;
-    let lowest = surface.balls.iter().map(|(centre, radius)| *centre + *radius * down);
-    let low = surface.points.iter().copied().chain(lowest).filter(is_low);
+    let low = surface.standing_points(down).filter(is_low);
     let corners: Vec<DVec2> = low.map(|point| (from_link * point).truncate()).collect();
     let polygon = simplified(convex_polygon(&corners));
     let area = if polygon.len() < 3 { 0.0 } else { polygon_area(&polygon) };
@@ -164,6 +159,7 @@ fn simplified(mut polygon: Vec<DVec2>) -> Vec<DVec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::shape::Shape;
 
     fn block(low: DVec3, high: DVec3) -> Vec<DVec3> {
         let pick =
@@ -174,7 +170,7 @@ mod tests {
     #[test]
     fn the_bottom_face_of_a_block_is_its_sole() {
         let points = block(DVec3::new(-0.05, -0.04, -0.1), DVec3::new(0.15, 0.04, 0.02));
-        let surface = SurfacePoints { points, balls: vec![] };
+        let surface = SurfacePoints { points, ..SurfacePoints::default() };
         let sole = find_sole(&surface, DVec3::NEG_Z, DVec3::X).unwrap();
         assert!((sole.link_from_sole.translation - DVec3::new(0.0, 0.0, -0.1)).length() < 1e-12);
         assert!((sole.area - 0.2 * 0.08).abs() < 1e-12, "{}", sole.area);
@@ -185,16 +181,38 @@ mod tests {
     fn four_balls_carry_a_sole() {
         let centres = [[0.1, 0.03], [0.1, -0.03], [-0.05, 0.03], [-0.05, -0.03]];
         let balls = centres.map(|[x, y]| (DVec3::new(x, y, -0.03), 0.005)).to_vec();
-        let sole = find_sole(&SurfacePoints { points: vec![], balls }, DVec3::NEG_Z, DVec3::X);
+        let sole =
+            find_sole(&SurfacePoints { balls, ..SurfacePoints::default() }, DVec3::NEG_Z, DVec3::X);
         let sole = sole.unwrap();
         assert!((sole.link_from_sole.translation.z + 0.035).abs() < 1e-12);
         assert!((sole.area - 0.15 * 0.06).abs() < 1e-12, "{}", sole.area);
     }
 
     #[test]
+    fn lying_cylinders_carry_what_lies_between_their_lowest_lines_and_a_standing_one_its_end() {
+        let along_x =
+            crate::base::spatial::rotation_from_rpy(0.0, std::f64::consts::FRAC_PI_2, 0.3);
+        let mut surface = SurfacePoints::default();
+        for y in [-0.02, 0.02] {
+            let shape = Shape::Cylinder { radius: 0.02, half_length: 0.12 };
+            // Turned about its own axis, its rim's corners lie elsewhere.
+            let turn = along_x * crate::base::spatial::rotation_about(DVec3::Z, y);
+            surface.add(&shape, &Pose::from_parts(y * DVec3::Y, turn));
+        }
+        let sole = find_sole(&surface, DVec3::NEG_Z, DVec3::X).unwrap();
+        assert!((sole.link_from_sole.translation.z + 0.02).abs() < 1e-9);
+        assert!((sole.area - 0.24 * 0.04 * libm::cos(0.3)).abs() < 1e-9, "{}", sole.area);
+        let mut surface = SurfacePoints::default();
+        surface.add(&Shape::Cylinder { radius: 0.06, half_length: 0.02 }, &Pose::IDENTITY);
+        let sole = find_sole(&surface, DVec3::NEG_Z, DVec3::X).unwrap();
+        let disc = std::f64::consts::PI * 0.06 * 0.06;
+        assert!(sole.area > 0.95 * disc && sole.area < disc, "{}", sole.area);
+    }
+
+    #[test]
     fn balls_below_looks_carry_what_lies_between_them() {
         let points = block(DVec3::new(-0.07, -0.04, -0.0354), DVec3::new(0.14, 0.04, 0.02));
-        let surface = SurfacePoints { points, balls: vec![] };
+        let surface = SurfacePoints { points, ..SurfacePoints::default() };
         let sole = find_sole(&surface, DVec3::NEG_Z, DVec3::X).unwrap();
         let balls = |x: f64, z: f64| {
             [[x, 0.03], [x, -0.03], [-0.05, 0.025], [-0.05, -0.025]]
@@ -212,11 +230,15 @@ mod tests {
         let turn = crate::base::spatial::rotation_from_rpy(0.0, 0.3, 0.0);
         let points = block(DVec3::new(-0.1, -0.05, -0.06), DVec3::new(0.1, 0.05, 0.0));
         let points: Vec<DVec3> = points.into_iter().map(|point| turn * point).collect();
-        let sole = find_sole(&SurfacePoints { points, balls: vec![] }, DVec3::NEG_Z, DVec3::X);
+        let sole = find_sole(
+            &SurfacePoints { points, ..SurfacePoints::default() },
+            DVec3::NEG_Z,
+            DVec3::X,
+        );
         let sole = sole.unwrap();
         let up = sole.link_from_sole.rotation * DVec3::Z;
         assert!(up.abs_diff_eq(turn * DVec3::Z, 1e-9), "{up}");
-        let ball = SurfacePoints { points: vec![], balls: vec![(DVec3::ZERO, 0.1)] };
+        let ball = SurfacePoints { balls: vec![(DVec3::ZERO, 0.1)], ..SurfacePoints::default() };
         assert!(find_sole(&ball, DVec3::NEG_Z, DVec3::X).is_none());
     }
 

@@ -256,7 +256,7 @@ fn the_most_air_is_that_of_all_places_that_the_foot_may_miss() {
             if is_plane || near.air > least + NEAR_AIR_MAX {
                 continue;
             }
-            for index in grid.around([near.point.at].into_iter()) {
+            for index in grid.around([near.point.at].into_iter(), 0.5 * SAMPLE_SPACING) {
                 let at = grid.point(index).at;
                 assert!(samples.iter().any(|sample| sample.point.at == at), "{at}");
             }
@@ -377,6 +377,29 @@ fn ground_under_a_raised_part_of_the_foot_is_touched_by_that_part() {
     let gap = support(0.0);
     assert!(gap.deepest.abs() < 1e-9 && gap.area < 0.0101, "{gap:?}");
     assert!((support(0.008).deepest - 0.003).abs() < 1e-9);
+}
+
+#[test]
+fn a_foot_of_lying_cylinders_stands_on_their_lowest_lines() {
+    let along_x = turned(DVec3::Y, std::f64::consts::FRAC_PI_2);
+    for (radius, y) in [(0.02, 0.03), (0.01, 0.0405), (0.005, 0.0)] {
+        let mut model = robot();
+        let foot = |y: f64| LinkShape {
+            link_from_shape: Pose::from_parts(DVec3::new(0.0, y, -0.9 + radius), along_x),
+            shape: Shape::Cylinder { radius, half_length: 0.1 },
+        };
+        model.links[1].shapes = vec![foot(y), foot(-y)];
+        for tilt in [0.0, 0.1] {
+            let rotation = turned(DVec3::Y, tilt);
+            let ground = only(vec![block_under(DVec3::ZERO, rotation * DVec3::Z)]);
+            let config = CheckerConfig::default();
+            let mut finder = SupportFinder::new(&model, &ground, &config).unwrap();
+            let pose = Pose::from_parts(DVec3::ZERO, rotation);
+            let support = finder.find(&contact_at(&pose), 0.8);
+            let (least, most) = (0.199 * 2.0 * (y - 1e-3), 0.2 * 2.0 * (y + 1e-3));
+            assert!((least..most).contains(&support.area), "{radius} {y}: {support:?}");
+        }
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 use super::*;
 use crate::check_robot::{at, randoms, robot};
 use surefoot_shared_types::Shape;
+use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::robot::model::LinkShape;
 
 /// How far the foot may be beside its pose, m.
@@ -64,6 +65,26 @@ fn the_height_of_a_foot_is_that_of_its_lowest_shape() {
             assert!(below == depth || (below - depth).abs() < 1e-9, "{below} {depth}");
         }
     }
+}
+
+#[test]
+fn a_lying_cylinder_is_the_foot_along_a_line_and_a_standing_one_with_its_end() {
+    let mut model = foot_of(&[]);
+    let along_x = Pose::from_parts(
+        DVec3::new(0.0, 0.0, -0.88),
+        rotation_about(DVec3::Y, std::f64::consts::FRAC_PI_2),
+    );
+    let lying = Shape::Cylinder { radius: 0.02, half_length: 0.1 };
+    model.links[1].shapes = vec![LinkShape { link_from_shape: along_x, shape: lying }];
+    for point in &underside(&model).coarse {
+        let expected = 0.02 - (0.02_f64.powi(2) - point.at.y.powi(2)).sqrt();
+        let expected = if expected <= ROUND_FLATNESS { 0.0 } else { expected };
+        assert!((point.height - expected).abs() < 1e-9, "{point:?}");
+    }
+    let standing = Shape::Cylinder { radius: 0.12, half_length: 0.1 };
+    let pose = at(0.0, 0.0, -0.8 + 0.9e-3);
+    model.links[1].shapes = vec![LinkShape { link_from_shape: pose, shape: standing }];
+    assert_eq!(underside(&model).share_on_foot, 1.0);
 }
 
 #[test]
@@ -258,7 +279,7 @@ fn the_fine_grid_finds_the_points_around_coarse_samples() {
     let is_foot = |index: &usize| is_there(index) && is_on_octagon(grid, *index);
     // Half a coarse cell to each side, to the nearest point of the grid.
     let at = [DVec2::new(-0.0512, 0.0108), DVec2::new(0.0503, -0.0204), DVec2::new(0.0, 0.0)];
-    let found = grid.around(at.into_iter());
+    let found = grid.around(at.into_iter(), 0.5 * SAMPLE_SPACING);
     let is_wanted = |index: &usize| {
         at.iter().any(|at| {
             let apart = (grid.point(*index).at - *at).abs().max_element();
