@@ -44,7 +44,27 @@ fn walk_in_actual_world(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Val
         "{name}, from where the robot stood at last: {}{}",
         check.out, check.err
     );
+    check_torques_go_on(&serde_json::from_slice(&fs::read(plan).unwrap()).unwrap());
     (serde_json::from_slice(&fs::read(json).unwrap()).unwrap(), output.err)
+}
+
+/// The largest change of a feed-forward torque at rest from one waypoint to the next, N m.
+const REST_TORQUE_STEP_MAX: f64 = 45.0;
+
+/// Every waypoint of a plan states feed-forward torques at rest, and no load moves from one foot to
+/// the other between two of them.
+fn check_torques_go_on(plan: &Value) {
+    let torques = |waypoint: &Value| -> Vec<f64> {
+        let of_joints = waypoint["rest_torque"].as_array().unwrap();
+        of_joints.iter().map(|torque| torque.as_f64().unwrap()).collect()
+    };
+    let at: Vec<Vec<f64>> = plan["waypoints"].as_array().unwrap().iter().map(torques).collect();
+    assert!(at.iter().all(|torques| torques.iter().any(|torque| *torque != 0.0)));
+    for (index, pair) in at.windows(2).enumerate() {
+        let steps = pair[0].iter().zip(&pair[1]).map(|(from, to)| (to - from).abs());
+        let largest = steps.fold(0.0, f64::max);
+        assert!(largest <= REST_TORQUE_STEP_MAX, "{largest} N m after waypoint {index}");
+    }
 }
 
 #[test]

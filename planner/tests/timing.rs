@@ -22,8 +22,10 @@ use surefoot_planner::robot::inverse_dynamics::{
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::timing::limit::{BindingTimes, Limit};
+use surefoot_planner::timing::load_sharing::LoadSchedule;
 use surefoot_planner::timing::path_point::{Path, PathPoint, PathSpan};
 use surefoot_planner::timing::path_timing::PathTiming;
+use surefoot_planner::timing::timed_path::SpanTimes;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::{ExecutionConfig, PlannerConfig};
 use surefoot_shared_types::message::{Contact, Interpolation, Ramp, Waypoint};
@@ -40,6 +42,16 @@ fn timing_of(model: &RobotModel, walk: &SmoothWalk) -> PathTiming {
     walk.timing(model, &execution())
 }
 
+/// A waypoint of a span of a whole path.
+fn waypoint_at(
+    timing: &mut PathTiming,
+    path: Path<'_>,
+    span: usize,
+    at: (&SpanTimes, usize),
+) -> Waypoint {
+    timing.waypoint(path, span, at, &LoadSchedule::beside(&[], path.spans, span))
+}
+
 /// Times a whole walk at once and returns its waypoints by span.
 fn timed(timing: &mut PathTiming, walk: &SmoothWalk) -> Vec<Vec<Waypoint>> {
     assert!(walk.solve(timing));
@@ -47,7 +59,7 @@ fn timed(timing: &mut PathTiming, walk: &SmoothWalk) -> Vec<Vec<Waypoint>> {
     (0..walk.spans.len())
         .map(|span| {
             let times = timing.span_times(span);
-            (0..=times.intervals).map(|at| timing.waypoint(path, span, &times, at)).collect()
+            (0..=times.intervals).map(|at| waypoint_at(timing, path, span, (&times, at))).collect()
         })
         .collect()
 }
@@ -369,11 +381,12 @@ fn a_window_ends_at_rest_and_costs_little_time() {
         let end = timing.final_spans(count == walk.spans.len());
         for span in known.len()..end {
             let times = timing.span_times(span);
-            known.push((times, timing.waypoint(path, span, &times, times.intervals / 2)));
+            known
+                .push((times, waypoint_at(&mut timing, path, span, (&times, times.intervals / 2))));
         }
         for (span, (times, middle)) in known.iter().enumerate() {
             assert_eq!(timing.span_times(span), *times, "final times stay");
-            assert_eq!(timing.waypoint(path, span, times, times.intervals / 2), *middle);
+            assert_eq!(waypoint_at(&mut timing, path, span, (times, times.intervals / 2)), *middle);
         }
     }
     assert_eq!(known.len(), walk.spans.len());
@@ -428,12 +441,17 @@ fn where_a_window_fails_the_motion_is_that_of_the_window_before() {
         for chunk in 0..times.chunks() {
             assert!(timing.stop(span, chunk).is_some(), "{span} {chunk}");
         }
-        last = Some(timing.waypoint(path, span, &times, times.intervals));
+        last = Some(waypoint_at(&mut timing, path, span, (&times, times.intervals)));
     }
     let last = last.unwrap();
     assert!(last.joint_velocity.iter().chain(&last.root_velocity).all(|v| *v == 0.0));
     let begin = &walk.points[walk.spans[spans].first];
-    let rest = timing.resting_waypoint(path, spans, begin.parameter);
+    let rest = timing.resting_waypoint(
+        path,
+        spans,
+        begin.parameter,
+        &LoadSchedule::beside(&[], path.spans, spans),
+    );
     assert_eq!((rest.q, rest.world_from_root()), (last.q, last.world_from_root()));
     assert!(rest.torque.iter().any(|torque| *torque != 0.0));
 }

@@ -12,6 +12,7 @@ mod smooth_walk;
 mod walk_timing;
 
 use smooth_walk::smooth_walk;
+use surefoot_planner::timing::load_sharing::LoadSchedule;
 use surefoot_shared_types::config::ExecutionConfig;
 
 #[test]
@@ -28,7 +29,12 @@ fn timing_allocates_no_memory() {
         for span in 0..walk.spans.len() {
             let times = timing.span_times(span);
             for index in 0..=times.intervals {
-                std::hint::black_box(timing.waypoint(path, span, &times, index));
+                std::hint::black_box(timing.waypoint(
+                    path,
+                    span,
+                    (&times, index),
+                    &LoadSchedule::beside(&[], path.spans, span),
+                ));
             }
             for chunk in 0..times.chunks() {
                 brake_after = timing.stop(span, chunk).unwrap().brake_at;

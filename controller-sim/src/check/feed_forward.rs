@@ -10,7 +10,7 @@
 
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Check, Waypoint};
-use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::segment::{Case, Violation};
@@ -195,15 +195,18 @@ impl StandingFeet<'_> {
                 .torques(model, &posture, generators, off_max)
                 .ok_or("no contact forces within the friction move the robot so")?,
         };
-        let shares = missing.iter().zip(&model.joints).map(|(off, joint)| off.abs() / joint.effort);
-        let off = largest(shares);
+        let share = |(off, joint): (&f64, &Joint)| off.abs() / joint.effort;
+        let shares = missing.iter().zip(&model.joints).map(share);
+        let off = largest(shares.clone());
         if is_at_most(off, off_max) {
             return Ok(());
         }
+        let named = model.joints.iter().zip(shares).find(|(_, share)| *share == off);
+        let name = named.map_or("", |(joint, _)| &joint.name);
         let (off, most) = (1e2 * off, 1e2 * off_max);
         Err(format!(
-            "no contact forces explain the feed-forward torques: a joint is {off:.1} % of its \
-             limit off, at most {most:.0} % are possible"
+            "no contact forces explain the feed-forward torques: joint {name} is {off:.1} % of \
+             its limit off, at most {most:.0} % are possible"
         ))
     }
 }

@@ -40,7 +40,7 @@ use crate::pipeline::primitive_stage::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::relaxation_stage::RelaxationStage;
 use crate::pipeline::resorts::Resorts;
-use crate::pipeline::retrace::{Retrace, executed_before, lift_off_before};
+use crate::pipeline::retrace::{Retrace, executed_before, lift_off_before, rest_in};
 use crate::pipeline::route_stage::RouteStage;
 use crate::pipeline::search::{
     Connections, FootholdSampling, GuideState, Margins, Search, SearchLimits, SearchStats,
@@ -399,12 +399,12 @@ impl<'a> PlannerBuilder<'a> {
         };
         let Some(lift_off) = lift_off else { return Ok(()) };
         let rests = self.scenario.execution.motion == MotionKind::Smooth;
-        let mut stop = Some(&rest_state.waypoint);
+        let mut stop = lift_off.since.last().map(|last| rest_in(last, &rest_state.waypoint));
         for chunk in lift_off.since.iter().rev() {
-            let Some(end) = stop.take().or(chunk.waypoints().last()) else { continue };
+            let Some(end) = stop.take().or(chunk.waypoints().last().copied()) else { continue };
             let before = executed_before(chunk, end.time);
             let chunks = &mut planner.stages.chunks.chunks;
-            if let Err(full) = chunks.append_reversed(chunk, (end, before), rests) {
+            if let Err(full) = chunks.append_reversed(chunk, (&end, before), rests) {
                 planner.end(Outcome::ArenaFull(full));
             }
         }

@@ -114,6 +114,20 @@ pub(crate) fn executed_before(
     chunk.waypoints().iter().filter(move |waypoint| waypoint.time < time - INTERVAL_MIN).rev()
 }
 
+/// A rest that [`rests_within`] an executed chunk or ends it, with the feed-forward torques at rest
+/// that the chunk states there.
+pub(crate) fn rest_in(chunk: &PlanChunk, rest: &Waypoint) -> Waypoint {
+    let waypoints = chunk.waypoints();
+    let after = waypoints.partition_point(|waypoint| waypoint.time <= rest.time);
+    let rest_torque = if chunk.is_smooth() && (1..waypoints.len()).contains(&after) {
+        let [from, to] = [&waypoints[after - 1], &waypoints[after]];
+        Interpolation::Quintic.between(from, to, rest.time).rest_torque
+    } else {
+        waypoints[waypoints.len() - 1].rest_torque
+    };
+    Waypoint { rest_torque, ..*rest }
+}
+
 /// The largest difference of two configurations in any number.
 fn difference(a: &Waypoint, b: &Waypoint) -> f64 {
     let numbers = |waypoint: &Waypoint| {

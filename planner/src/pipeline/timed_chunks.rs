@@ -8,6 +8,7 @@ use crate::pipeline::search::SearchStats;
 use crate::pipeline::smooth_path_stage::SmoothPath;
 use crate::plan::chunk_builder::{ChunkBuilder, TimedPart};
 use crate::timing::limit::BindingTimes;
+use crate::timing::load_sharing::LoadSchedule;
 use crate::timing::path_point::{Path, PathPoint};
 use crate::timing::path_timing::{PathTiming, TimingStats};
 use crate::timing::stops::Stop;
@@ -216,14 +217,15 @@ impl TimedChunks {
         let span = index - self.first;
         let times = self.timing.span_times(span);
         let count = times.chunks();
+        let schedule = LoadSchedule::beside(chunks.stance_retraced_to(), path.spans, index);
         for part in 0..count {
             let [first, last] = times.chunk(part);
             let stop = self.stop((span, part), times.at(last, times.intervals));
             self.brake_after = stop.brake_at;
             let binding = self.timing.binding_times(span, part);
             self.binding.add_all(&binding);
-            let waypoints =
-                (first..last + 1).map(|at| self.timing.waypoint(timed, span, &times, at));
+            let waypoints = (first..last + 1)
+                .map(|at| self.timing.waypoint(timed, span, (&times, at), &schedule));
             let part = TimedPart { span: &path.spans[index], stop, binding: binding.longest() };
             chunks.append_timed(part, waypoints)?;
         }
@@ -243,11 +245,12 @@ impl TimedChunks {
         let intervals = span.last - span.first;
         let parts = parts_between(&path.points[span.first..=span.last]);
         let per_chunk = RESTING_INTERVALS_MAX / parts;
+        let schedule = LoadSchedule::beside(chunks.stance_retraced_to(), path.spans, index);
         let mut at = |place: usize| {
             let points = &path.points[span.first..];
             let [from, to] = [place / parts, place.div_ceil(parts)].map(|at| points[at].parameter);
             let part = (place % parts) as f64 / parts as f64;
-            self.timing.resting_waypoint(path, index, from + (to - from) * part)
+            self.timing.resting_waypoint(path, index, from + (to - from) * part, &schedule)
         };
         let mut written = 0;
         for first in (0..intervals).step_by(per_chunk) {

@@ -163,9 +163,15 @@ impl ChunkBuilder {
         self.waypoints
     }
 
+    /// The contacts on which the robot stands at the end of the chunks that retrace; none where
+    /// there are no such chunks.
+    pub fn stance_retraced_to(&self) -> &[Contact] {
+        self.chunks[..self.retraced].last().map_or(&[], PlanChunk::contacts)
+    }
+
     /// Appends the motion of an executed chunk in reverse: from `end` through `before`, the
     /// waypoints before it, the last one first. With `rests` it rests at every waypoint, as a plan
-    /// that consists of polynomials states it.
+    /// that consists of polynomials states it, with the feed-forward torques at rest.
     ///
     /// # Errors
     /// The arena is full.
@@ -179,13 +185,15 @@ impl ChunkBuilder {
         self.reserve(before.clone().count(), 1)?;
         self.retraced = self.written;
         let (chunk, contacts) = (&mut self.chunks[at], executed.contacts());
-        let waypoints = std::iter::once(end).chain(before).map(Waypoint::rested);
+        let rested = if rests { standing } else { Waypoint::rested };
+        let waypoints = std::iter::once(end).chain(before).map(rested);
         let ground = Ground::under(contacts);
         let inputs = (&self.provenance, &self.timing);
         write(chunk, inputs, executed.mode, (contacts, &ground), waypoints);
         if rests {
             chunk.interpolation = Interpolation::Quintic as u64;
             self.rest_at_waypoints(at, &ground);
+            self.last_timed = self.chunks[at].waypoints().last().copied();
         }
         Ok(())
     }
@@ -318,7 +326,8 @@ impl ChunkBuilder {
         self.chunks[..self.written].fill(PlanChunk::zeroed());
         let retraced = &other.chunks[..other.retraced];
         self.chunks[..retraced.len()].copy_from_slice(retraced);
-        (self.written, self.retraced, self.last_timed) = (retraced.len(), retraced.len(), None);
+        (self.written, self.retraced) = (retraced.len(), retraced.len());
+        self.last_timed = last_of_resting(retraced);
         let used = |chunk: &PlanChunk| u64::from(chunk.waypoints_len) - 1;
         let steps: u64 = retraced.iter().map(used).sum();
         self.waypoints = if retraced.is_empty() { 0 } else { 1 + steps };
@@ -399,6 +408,17 @@ impl Task<'_> {
             }
         }
     }
+}
+
+/// A waypoint's configuration at rest, with its feed-forward torques there.
+fn standing(waypoint: &Waypoint) -> Waypoint {
+    let rest_torque = waypoint.rest_torque;
+    Waypoint { torque: rest_torque, rest_torque, ..waypoint.rested() }
+}
+
+/// The last waypoint of chunks that rest at every one; none after straight lines.
+fn last_of_resting(chunks: &[PlanChunk]) -> Option<Waypoint> {
+    chunks.last().filter(|last| last.is_smooth())?.waypoints().last().copied()
 }
 
 /// Writes a zeroed chunk without finalizing it; each waypoint's time is the interval since the one

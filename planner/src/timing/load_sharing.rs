@@ -12,6 +12,7 @@
 
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
+use surefoot_shared_types::message::Contact;
 
 use crate::base::smooth_step::smooth_step;
 use crate::geometry::polygon::outward_sides;
@@ -54,16 +55,19 @@ const NO_LOAD: f64 = 1e-9;
 
 impl LoadSchedule {
     /// How a double support takes over the load: none on a foot that has just landed or will lift
-    /// off.
-    pub fn beside(spans: &[PathSpan], span: usize) -> Self {
-        let share_beside = |span: Option<&PathSpan>| {
-            let single = span.filter(|span| span.contacts.len() == 1)?;
-            Some(f64::from(single.contacts[0].limb))
+    /// off. `spans` are those of the whole path, and `before` are the contacts on which the robot
+    /// stands before them, if it moves there.
+    pub fn beside(before: &[Contact], spans: &[PathSpan], span: usize) -> Self {
+        let share_beside = |contacts: &[Contact]| match contacts {
+            [single] => Some(f64::from(single.limb)),
+            _ => None,
         };
-        Self {
-            start: share_beside(span.checked_sub(1).and_then(|before| spans.get(before))),
-            end: share_beside(spans.get(span + 1)),
-        }
+        let contacts_before = match span.checked_sub(1) {
+            Some(last) => spans[last].contacts.as_slice(),
+            None => before,
+        };
+        let contacts_after = spans.get(span + 1).map_or(&[][..], |next| next.contacts.as_slice());
+        Self { start: share_beside(contacts_before), end: share_beside(contacts_after) }
     }
 
     /// The scheduled share at `progress` (0 to 1), where `free` is the share that balances best.
@@ -303,7 +307,10 @@ fn shares_within(foot: &FootSupport, force: DVec3, moments: [DVec3; 2]) -> (f64,
 
 #[cfg(test)]
 mod tests {
+    use surefoot_shared_types::message::SupportMode;
+
     use super::*;
+    use crate::constraints::foothold::Ground;
 
     /// A level foot that is supported over this half of its width.
     fn foot(limb: usize, y: f64, half: f64) -> FootSupport {
@@ -352,6 +359,26 @@ mod tests {
         let shared = share_load(&support, (force, moment), (&schedule, 0.0), |_| 0.5);
         assert!(shared[1].0.z < 0.03 * 600.0, "{shared:?}");
         assert!(shared[1].1.length() < 3.1e-3 * 600.0, "{shared:?}");
+    }
+
+    #[test]
+    fn a_foot_lands_and_leaves_without_load_after_a_step_that_is_retraced_too() {
+        let contact = |limb: u32| Contact { limb, ..bytemuck::Zeroable::zeroed() };
+        let span = |limbs: &[u32]| PathSpan {
+            first: 0,
+            last: 1,
+            starts_at_rest: false,
+            support: SupportMode::Double,
+            contacts: limbs.iter().map(|limb| contact(*limb)).collect(),
+            grounds: [Ground::Even; 2],
+        };
+        let spans = [span(&[0, 1]), span(&[0]), span(&[0, 1])];
+        let beside = |before: &[Contact], at| LoadSchedule::beside(before, &spans, at);
+        let first = LoadSchedule { start: None, end: Some(0.0) };
+        assert_eq!(beside(&[], 0), first);
+        assert_eq!(beside(&[contact(0), contact(1)], 0), first);
+        assert_eq!(beside(&[contact(1)], 0), LoadSchedule { start: Some(1.0), ..first });
+        assert_eq!(beside(&[contact(1)], 2), LoadSchedule { start: Some(0.0), end: None });
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod contact_bounds;
 pub mod contact_rates;
 mod force_exchange;
 pub mod ground;
+mod leg_relief;
 pub mod limit;
 pub mod limits;
 pub mod linear_program;

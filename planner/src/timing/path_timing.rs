@@ -369,13 +369,19 @@ impl PathTiming {
 
     /// A waypoint at rest on a span at a value of the path's parameter, with its feed-forward
     /// torques.
-    pub fn resting_waypoint(&mut self, path: Path<'_>, span: usize, parameter: f64) -> Waypoint {
+    pub fn resting_waypoint(
+        &mut self,
+        path: Path<'_>,
+        span: usize,
+        parameter: f64,
+        schedule: &LoadSchedule,
+    ) -> Waypoint {
         let known = &path.spans[span];
         let points = &path.points[known.first..=known.last];
         let [begin, end] = [&points[0], &points[points.len() - 1]].map(|point| point.parameter);
         let mut waypoint = state_at(points, parameter).rested();
         let progress = (parameter - begin) / (end - begin);
-        let at = (&LoadSchedule::beside(path.spans, span), progress);
+        let at = (schedule, progress);
         self.robot.write_torques(&mut self.memory, known, Level::Bare, at, &mut waypoint);
         waypoint
     }
@@ -404,16 +410,15 @@ impl PathTiming {
         &mut self,
         path: Path<'_>,
         span: usize,
-        times: &SpanTimes,
-        index: usize,
+        (times, index): (&SpanTimes, usize),
+        schedule: &LoadSchedule,
     ) -> Waypoint {
         let mut waypoint = self.timed.state(path, span, times, index);
         let position = self.timed.law.at(waypoint.time).position;
         let (node, _) = self.timed.node_before(span, position);
-        let schedule = LoadSchedule::beside(path.spans, span);
         let progress = index as f64 / times.intervals as f64;
         let level = self.timed.nodes[node].level;
-        let (known, at) = (&path.spans[span], (&schedule, progress));
+        let (known, at) = (&path.spans[span], (schedule, progress));
         self.robot.write_torques(&mut self.memory, known, level, at, &mut waypoint);
         waypoint
     }

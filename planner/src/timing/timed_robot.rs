@@ -2,6 +2,7 @@
 //! motion, and its torques.
 
 use glam::{DVec2, DVec3};
+use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Contact, Waypoint};
@@ -12,6 +13,7 @@ use crate::constraints::foothold::Ground;
 use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates, soles_hold};
+use crate::timing::leg_relief::relieve_legs;
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
 use crate::timing::load_sharing::{LoadSchedule, share_load};
@@ -508,7 +510,8 @@ impl TimedRobot {
         memory.dynamics.write(&self.dynamics, &state, GRAVITY);
         let support = Support::new(span, level, 0.0, self.limits.friction);
         let problem = self.problem(&memory.dynamics, &support, level, 1.0);
-        let torques = |rate: DVec2| self.torques(&problem, at, rate);
+        let bare = Support::new(span, Level::Bare, 0.0, self.limits.friction);
+        let torques = |rate: DVec2| self.torques((&problem, &bare), at, rate);
         let [slower, faster] = [-DVec2::Y, DVec2::Y].map(torques);
         let (moving, rest) = (torques(DVec2::X), torques(DVec2::ZERO));
         waypoint.torque = moving;
@@ -520,13 +523,14 @@ impl TimedRobot {
     /// The feed-forward torques at a rate along the path, with the load shared by a schedule.
     fn torques(
         &self,
-        problem: &ContactProblem<'_>,
+        (problem, bare): (&ContactProblem<'_>, &Support),
         at: (&LoadSchedule, f64),
         rate: DVec2,
     ) -> [f64; JOINTS_MAX] {
         let ContactProblem { dynamics, support, .. } = problem;
         let excess = |wrenches: &[FootWrench; 2]| problem.leg_load(rate, wrenches);
         let wrenches = share_load(support, dynamics.wrench_at(rate), at, excess);
+        let wrenches = self.relieved(problem, bare, rate, wrenches);
         let mut torques = std::array::from_fn(|joint| dynamics.torque(joint).at(rate));
         for (foot, (force, moment)) in support.feet.iter().zip(&wrenches) {
             for &joint in &self.chains[foot.limb] {
@@ -538,6 +542,20 @@ impl TimedRobot {
             *torque = torque.clamp(-limit, *limit);
         }
         torques
+    }
+
+    /// The wrenches of two feet that both legs and both soles exert; those of one foot stay.
+    fn relieved(
+        &self,
+        problem: &ContactProblem<'_>,
+        bare: &Support,
+        rate: DVec2,
+        wrenches: BoundedVec<FootWrench, 2>,
+    ) -> BoundedVec<FootWrench, 2> {
+        let [first, second] = wrenches[..] else { return wrenches };
+        let centers = [0, 1].map(|at| problem.support.feet[at].center);
+        let whole = self.problem(problem.dynamics, bare, Level::Bare, 1.0);
+        relieve_legs(&whole, rate, [first, second], centers).into_iter().collect()
     }
 
     /// Writes the dynamics of a motion at one instant: all of it is the constant part.

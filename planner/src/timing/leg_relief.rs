@@ -1,0 +1,281 @@
+//! Forces and moments that two feet exchange where no share of the load spares the legs.
+//!
+//! Two feet that share a load with one offset of their centres of pressure leave five of the six
+//! numbers of a foot's wrench unused. Where a leg would exert more than its limit, or a sole a
+//! moment that its pressure does not, the wrench of the first foot is projected onto one bound
+//! after the other: the torques of both legs, friction, and the supported parts of both soles. That
+//! leads to wrenches within all bounds where there are any, and changes continuously with where it
+//! begins.
+
+use glam::{DVec2, DVec3};
+use heapless::Vec as BoundedVec;
+use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+
+use crate::geometry::polygon::outward_sides;
+use crate::timing::contact_rates::ContactProblem;
+use crate::timing::force_exchange::friction_excess;
+use crate::timing::support::{FootSupport, FootWrench};
+use crate::timing::tuning::{FRICTION_ALONG_AXIS, MOMENT_ARM, TORQUE_TOLERANCE};
+
+/// Most bounds: by foot those of the sole's sides, its pressure, friction and twist, and two by
+/// joint.
+const BOUNDS_MAX: usize = 2 * (2 * POLYGON_VERTICES_MAX + 7) + 2 * JOINTS_MAX;
+/// How often all bounds are gone through, at most.
+const ROUNDS_MAX: usize = 150;
+/// A bound that is exceeded by less, as a share of the load, holds.
+const EXCEEDED_MIN: f64 = 1e-5;
+
+/// Distance (m) of the centre of pressure of all the load beyond a sole that counts as none.
+const BEYOND_MIN: f64 = 2e-4;
+
+/// A bound on the wrench of the first foot: `force . f + moment . m <= most`, with its moment in
+/// units of [`MOMENT_ARM`].
+#[derive(Debug, Clone, Copy)]
+struct Bound {
+    force: DVec3,
+    moment: DVec3,
+    most: f64,
+}
+
+impl Bound {
+    /// How much a wrench exceeds it, as a distance, N.
+    fn excess(&self, (force, moment): FootWrench) -> f64 {
+        let squared = self.force.length_squared() + self.moment.length_squared();
+        let above = self.force.dot(force) + self.moment.dot(moment) - self.most;
+        if squared > 0.0 { above / squared.sqrt() } else { 0.0 }
+    }
+
+    /// The nearest wrench within it of one that is `excess` (N) beyond.
+    fn nearest(&self, (force, moment): FootWrench, excess: f64) -> FootWrench {
+        let length = (self.force.length_squared() + self.moment.length_squared()).sqrt();
+        let by = excess / length;
+        (force - by * self.force, moment - by * self.moment)
+    }
+}
+
+/// The wrenches of two feet after they have exchanged forces and moments, so that no torque of a
+/// leg is beyond its limit at a rate along the path, and both soles exert them. Wrenches that are
+/// so stay. `centers` are those about which moments are given; `problem` has the supports and the
+/// efforts that count.
+pub(crate) fn relieve_legs(
+    problem: &ContactProblem<'_>,
+    rate: DVec2,
+    given: [FootWrench; 2],
+    centers: [DVec3; 2],
+) -> [FootWrench; 2] {
+    let [first, second] = problem.support.feet.as_slice() else { return given };
+    let feet = [first, second];
+    let moved = |at: usize, (force, moment): FootWrench, sign: f64| {
+        (force, moment + sign * (centers[at] - feet[at].center).cross(force))
+    };
+    let wrenches = [0, 1].map(|at| moved(at, given[at], 1.0));
+    let pair = FootPair::new(feet, wrenches);
+    let load = problem.leg_load(rate, &wrenches).max(friction_excess(feet, &wrenches));
+    let beyond = [0, 1].map(|at| moment_beyond(feet[at], wrenches[at]));
+    let is_held = beyond[0].max(beyond[1]) <= BEYOND_MIN * pair.force.length();
+    if load <= 1.0 + TORQUE_TOLERANCE && is_held {
+        return given;
+    }
+    let bounds = all_bounds(problem, rate, feet, &pair);
+    let start = pair.first(wrenches);
+    let found = pair.wrenches(within(&bounds, start, EXCEEDED_MIN * pair.force.length()));
+    [0, 1].map(|at| moved(at, found[at], -1.0))
+}
+
+/// The bounds of both legs and both soles.
+fn all_bounds(
+    problem: &ContactProblem<'_>,
+    rate: DVec2,
+    feet: [&FootSupport; 2],
+    pair: &FootPair,
+) -> BoundedVec<Bound, BOUNDS_MAX> {
+    let mut bounds = BoundedVec::<Bound, BOUNDS_MAX>::new();
+    for (at, foot) in feet.into_iter().enumerate() {
+        leg_bounds(problem, rate, foot, &mut |force, moment, most| {
+            let _fits = bounds.push(pair.bound(at, force, moment, most));
+        });
+    }
+    for (at, foot) in feet.into_iter().enumerate() {
+        sole_bounds(foot, &mut |force, moment| {
+            let _fits = bounds.push(pair.bound(at, force, moment, 0.0));
+        });
+    }
+    bounds
+}
+
+/// The largest moment of a wrench beyond those that the pressure on a sole exerts, N m: of a foot
+/// without load any moment is.
+fn moment_beyond(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
+    let axes = foot.axes.transpose();
+    let (press, moment) = ((axes * force).z, axes * moment);
+    let beyond = |(outward, offset): (DVec2, f64)| {
+        outward.y * moment.x - outward.x * moment.y - offset * press
+    };
+    outward_sides(&foot.polygon).map(beyond).fold(0.0, f64::max)
+}
+
+/// A wrench of the first foot within the bounds, or near them where there is none.
+fn within(bounds: &[Bound], mut wrench: FootWrench, exceeded_min: f64) -> FootWrench {
+    for _ in 0..ROUNDS_MAX {
+        let mut most = 0.0_f64;
+        for bound in bounds {
+            let excess = bound.excess(wrench);
+            if excess > 0.0 {
+                wrench = bound.nearest(wrench, excess);
+                most = most.max(excess);
+            }
+        }
+        if most <= exceeded_min {
+            break;
+        }
+    }
+    wrench
+}
+
+/// Two feet and what they bear together.
+struct FootPair {
+    /// From the centre of the first foot to that of the second one, m.
+    arm: DVec3,
+    /// N.
+    force: DVec3,
+    /// About the centre of the first foot, N m.
+    moment: DVec3,
+}
+
+impl FootPair {
+    fn new([first, second]: [&FootSupport; 2], wrenches: [FootWrench; 2]) -> Self {
+        let arm = second.center - first.center;
+        let [(of_first, about_first), (of_second, about_second)] = wrenches;
+        let moment = about_first + about_second + arm.cross(of_second);
+        Self { arm, force: of_first + of_second, moment }
+    }
+
+    /// The wrench of the first foot, its moment in units of [`MOMENT_ARM`].
+    fn first(&self, [(force, moment), _]: [FootWrench; 2]) -> FootWrench {
+        (force, moment / MOMENT_ARM)
+    }
+
+    /// The wrenches of both feet, each about its own centre.
+    fn wrenches(&self, (force, moment): FootWrench) -> [FootWrench; 2] {
+        let (moment, other) = (moment * MOMENT_ARM, self.force - force);
+        [(force, moment), (other, self.moment - moment - self.arm.cross(other))]
+    }
+
+    /// The bound `force . f + moment . m <= most` on the wrench of a foot.
+    fn bound(&self, foot: usize, force: DVec3, moment: DVec3, most: f64) -> Bound {
+        if foot == 0 {
+            return Bound { force, moment: moment * MOMENT_ARM, most };
+        }
+        let along = force - moment.cross(self.arm);
+        let most = most - along.dot(self.force) - moment.dot(self.moment);
+        Bound { force: -along, moment: moment * -MOMENT_ARM, most }
+    }
+}
+
+/// The bounds of the torques of a leg.
+fn leg_bounds(
+    problem: &ContactProblem<'_>,
+    rate: DVec2,
+    foot: &FootSupport,
+    add: &mut dyn FnMut(DVec3, DVec3, f64),
+) {
+    let frames = &problem.dynamics.frames;
+    for &joint in &problem.chains[foot.limb] {
+        let taken = |force, moment| frames.torque_of_wrench(joint, force, moment, foot.center);
+        let force = DVec3::AXES.map(|axis| taken(axis, DVec3::ZERO)).into();
+        let moment = DVec3::AXES.map(|axis| taken(DVec3::ZERO, axis)).into();
+        let free = problem.dynamics.torque(joint).at(rate);
+        let most = problem.efforts_part * problem.efforts[joint];
+        add(force, moment, most + free);
+        add(-force, -moment, most - free);
+    }
+}
+
+/// The bounds of a sole, which hold for any part of a wrench within them.
+fn sole_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
+    let [x, y, normal] = [foot.axes.x_axis, foot.axes.y_axis, foot.axes.z_axis];
+    let tangent = foot.friction * FRICTION_ALONG_AXIS;
+    let twist = foot.friction * foot.twist_arm;
+    for (along, sign) in [(x, 1.0), (x, -1.0), (y, 1.0), (y, -1.0)] {
+        add(sign * along - tangent * normal, DVec3::ZERO);
+    }
+    for sign in [1.0, -1.0] {
+        add(-twist * normal, sign * normal);
+    }
+    for (outward, offset) in outward_sides(&foot.polygon) {
+        add(-offset * normal, foot.axes * DVec3::new(outward.y, -outward.x, 0.0));
+    }
+    add(-normal, DVec3::ZERO);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn foot(limb: usize, y: f64, tilt: f64) -> FootSupport {
+        let corners = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)];
+        FootSupport {
+            limb,
+            center: DVec3::new(0.05 * y, y, 0.2 * y),
+            polygon: corners.map(DVec2::from).into_iter().collect(),
+            twist_arm: 0.05,
+            axes: glam::DMat3::from_rotation_x(tilt),
+            friction: 0.6,
+        }
+    }
+
+    fn about_origin(feet: [&FootSupport; 2], wrenches: [FootWrench; 2]) -> FootWrench {
+        let [a, b] = [0, 1].map(|at| {
+            let (force, moment) = wrenches[at];
+            (force, moment + feet[at].center.cross(force))
+        });
+        (a.0 + b.0, a.1 + b.1)
+    }
+
+    fn sole_excess(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
+        let mut most = 0.0_f64;
+        sole_bounds(foot, &mut |by_force, by_moment| {
+            most = most.max(by_force.dot(force) + by_moment.dot(moment));
+        });
+        most
+    }
+
+    #[test]
+    fn an_ankle_beyond_its_limit_leaves_load_to_the_other_foot() {
+        // Both centres of pressure are 8 cm ahead; the ankle of the first foot, which bears nearly
+        // all, holds 6 cm of it.
+        let feet = [&foot(0, 0.1, 0.0), &foot(1, -0.1, 0.1)];
+        let shared = [0.98, 0.02].map(|part| (600.0 * part * DVec3::Z, -48.0 * part * DVec3::Y));
+        let pair = FootPair::new(feet, shared);
+        let mut bounds = vec![pair.bound(0, DVec3::ZERO, -DVec3::Y, 36.0)];
+        for (at, foot) in feet.into_iter().enumerate() {
+            sole_bounds(foot, &mut |force, moment| bounds.push(pair.bound(at, force, moment, 0.0)));
+        }
+        let found = pair.wrenches(within(&bounds, pair.first(shared), 1e-3));
+        assert_eq!(feet.map(|foot| moment_beyond(foot, (DVec3::ZERO, DVec3::X))), [1.0; 2]);
+        assert!(-found[0].1.y <= 36.01 && found[1].0.z > 50.0, "{found:?}");
+        for (foot, wrench) in feet.into_iter().zip(found) {
+            assert!(sole_excess(foot, wrench) < 0.1, "{found:?}");
+        }
+        let [before, after] = [shared, found].map(|wrenches| about_origin(feet, wrenches));
+        assert!(before.0.distance(after.0) + before.1.distance(after.1) < 1e-9);
+    }
+
+    #[test]
+    fn a_bound_of_either_foot_is_that_of_its_own_wrench() {
+        let feet = [&foot(0, 0.15, 0.3), &foot(1, -0.1, -0.2)];
+        let wrenches = [
+            (DVec3::new(30.0, -20.0, 400.0), DVec3::new(3.0, -5.0, 1.0)),
+            (DVec3::new(-10.0, 25.0, 200.0), DVec3::new(-2.0, 4.0, 0.5)),
+        ];
+        let pair = FootPair::new(feet, wrenches);
+        let (force, moment) = (DVec3::new(0.3, -0.2, 0.5), DVec3::new(2.0, 1.0, -3.0));
+        for (at, (of_foot, about_foot)) in wrenches.into_iter().enumerate() {
+            let most = force.dot(of_foot) + moment.dot(about_foot);
+            let bound = pair.bound(at, force, moment, most);
+            assert!(bound.excess(pair.first(wrenches)).abs() < 1e-9, "{at}");
+            let back = pair.wrenches(pair.first(wrenches))[at];
+            assert!(back.0.distance(of_foot) + back.1.distance(about_foot) < 1e-9, "{at}");
+        }
+    }
+}
