@@ -1,5 +1,6 @@
 //! An arm that swings along polynomials of degree 5, and the checks of such motions.
 
+#![allow(dead_code, reason = "each test uses a part")]
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use surefoot_controller_sim::{Checker, Course, MotionSegment, Stop, Violation};
