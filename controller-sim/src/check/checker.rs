@@ -441,8 +441,7 @@ impl Checker {
                 return check_zero_moment(model, config, &mut self.equilibrium, case);
             }
             PhysicalCheck::DynamicTorque => {
-                let equilibrium = &self.equilibrium;
-                let generators = equilibrium.generators(&case.supports, ALL_FRICTION);
+                let generators = self.equilibrium.generators(&case.supports, ALL_FRICTION);
                 let touches = |at: &Waypoint| self.collisions.touches_world(model, case, at);
                 let carriers = Carriers { generators: &generators, touches: &touches };
                 check_feed_forward(model, &carriers, case, self.has_stops_in_motion)?;
@@ -450,7 +449,7 @@ impl Checker {
                     &self.unlocked,
                     joints,
                     config,
-                    equilibrium,
+                    &generators,
                     case,
                     heartbeat,
                 );

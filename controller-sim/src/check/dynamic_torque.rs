@@ -8,7 +8,7 @@ use crate::base::comparison::is_at_most;
 use crate::check::segment::{Case, Violation};
 use crate::check::torque::effort_excess;
 use crate::kinematics::forward::{Configuration, Posture};
-use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Generator};
+use crate::statics::equilibrium::Generator;
 use crate::statics::inverse_dynamics::InverseDynamics;
 
 /// Rounding allowed at a limit, as a share of the limit.
@@ -16,7 +16,8 @@ const SHARE_ROUNDING: f64 = 1e-6;
 
 /// The smallest share of a joint's effort limit that stays unused by the contact forces that load
 /// the joints least, at every waypoint and while the robot brakes; infinite for straight lines.
-/// `joints` is the number of joints that a waypoint moves. `heartbeat` is called at each instant.
+/// `joints` is the number of joints that a waypoint moves, `generators` are the contact forces of
+/// the soles that carry. `heartbeat` is called at each instant.
 ///
 /// # Errors
 /// No contact forces within the friction pyramids move the robot so, or a joint needs more than its
@@ -25,15 +26,14 @@ pub fn check_dynamic_torque(
     model: &RobotModel,
     joints: usize,
     config: &CheckerConfig,
-    equilibrium: &Equilibrium,
+    generators: &[Generator],
     case: &Case,
     heartbeat: &mut dyn FnMut(),
 ) -> Result<f64, Violation> {
-    let generators = equilibrium.generators(&case.supports, ALL_FRICTION);
     let mut worst = f64::INFINITY;
     for (index, instant) in &case.instants {
         heartbeat();
-        let unused = unused_share(model, joints, &generators, instant, config.effort_share)
+        let unused = unused_share(model, joints, generators, instant, config.effort_share)
             .map_err(|detail| Violation::new(Check::DynamicTorque, *index, detail))?;
         worst = worst.min(unused);
     }

@@ -241,27 +241,26 @@ pub(crate) fn closest_on_segment(a: DVec2, b: DVec2, point: DVec2) -> DVec2 {
 
 /// Least width of a convex counter-clockwise polygon, m; infinite where that has no side.
 pub(crate) fn least_width(polygon: &[DVec2]) -> f64 {
-    let across = outward_sides(polygon).map(|(normal, offset)| {
-        polygon.iter().map(|corner| offset - normal.dot(*corner)).fold(0.0, f64::max)
-    });
-    across.fold(f64::INFINITY, f64::min)
+    least_width_of(polygon.iter().copied())
 }
 
-/// The smallest width of a convex polygon projected onto x and y, m: the least, over its edges, of
-/// the distance of the farthest vertex.
+/// Least width of a convex counter-clockwise polygon projected onto x and y, m; 0 where that has no
+/// side.
 pub(crate) fn width(polygon: &[DVec3]) -> f64 {
-    let flat = |i: usize| polygon[i % polygon.len()].truncate();
-    let height_over = |i: usize| {
-        let along = (flat(i + 1) - flat(i)).try_normalize()?;
-        Some(
-            polygon
-                .iter()
-                .map(|p| along.perp_dot(p.truncate() - flat(i)).abs())
-                .fold(0.0, f64::max),
-        )
-    };
-    let least = (0..polygon.len()).filter_map(height_over).fold(f64::INFINITY, f64::min);
+    let least = least_width_of(polygon.iter().map(|corner| corner.truncate()));
     if least.is_finite() { least } else { 0.0 }
+}
+
+/// The least, over the sides of a polygon, of the distance of the corner farthest from it, m.
+fn least_width_of(corners: impl Iterator<Item = DVec2> + Clone) -> f64 {
+    let next = corners.clone().cycle().skip(1);
+    let sides = corners.clone().zip(next).filter(|(a, b)| a.distance_squared(*b) > 0.0);
+    let across = sides.map(|(a, b)| {
+        let normal = -inward_normal(a, b);
+        let offset = normal.dot(a);
+        corners.clone().map(|corner| offset - normal.dot(corner)).fold(0.0, f64::max)
+    });
+    across.fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

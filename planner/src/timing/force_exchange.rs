@@ -84,39 +84,19 @@ fn along_sole(foot: &FootSupport, force: DVec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A foot on a plane that is tilted about x.
-    fn foot(limb: usize, y: f64, tilt: f64) -> FootSupport {
-        let polygon = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from);
-        FootSupport {
-            limb,
-            center: DVec3::new(0.02 * y, y, 0.0),
-            polygon: polygon.into_iter().collect(),
-            twist_arm: 0.1,
-            axes: glam::DMat3::from_rotation_x(tilt),
-            friction: 0.6,
-        }
-    }
-
-    fn sum(feet: [&FootSupport; 2], wrenches: &[FootWrench; 2]) -> (DVec3, DVec3) {
-        let about_origin = |(foot, (force, moment)): (&FootSupport, &FootWrench)| {
-            (*force, *moment + foot.center.cross(*force))
-        };
-        let [a, b] = [0, 1].map(|at| about_origin((feet[at], &wrenches[at])));
-        (a.0 + b.0, a.1 + b.1)
-    }
+    use crate::timing::support::example_feet::{about_origin, tilted_foot};
 
     #[test]
     fn feet_on_opposite_slopes_push_against_each_other() {
         // Each slope falls towards the other foot by 0.5 rad, and the robot accelerates sideways:
         // parallel forces are beyond the cone of one foot, which holds 0.54 rad.
-        let feet = [&foot(0, 0.15, 0.5), &foot(1, -0.15, -0.5)];
+        let feet = [&tilted_foot(0, 0.15, 0.5), &tilted_foot(1, -0.15, -0.5)];
         let force = DVec3::new(0.0, 80.0, 600.0);
         let shared = [0.4, 0.6].map(|share| (force * share, DVec3::new(0.0, 3.0, 1.0) * share));
         assert!(friction_excess(feet, &shared) > 1.0);
         let exchanged = exchange_forces(feet, shared);
         assert!(friction_excess(feet, &exchanged) < 0.6);
-        let (before, after) = (sum(feet, &shared), sum(feet, &exchanged));
+        let (before, after) = (about_origin(feet, shared), about_origin(feet, exchanged));
         assert!(before.0.distance(after.0) + before.1.distance(after.1) < 1e-9);
     }
 
@@ -124,8 +104,8 @@ mod tests {
     fn without_load_or_slope_nothing_is_exchanged() {
         let force = DVec3::new(20.0, 30.0, 600.0);
         let at = |share: f64| [1.0 - share, share].map(|part| (force * part, DVec3::X * part));
-        let level = [&foot(0, 0.1, 0.0), &foot(1, -0.1, 0.0)];
-        let tilted = [&foot(0, 0.1, 0.3), &foot(1, -0.1, 0.0)];
+        let level = [&tilted_foot(0, 0.1, 0.0), &tilted_foot(1, -0.1, 0.0)];
+        let tilted = [&tilted_foot(0, 0.1, 0.3), &tilted_foot(1, -0.1, 0.0)];
         assert!(are_parallel(level) && !are_parallel(tilted));
         for (feet, share) in [(level, 0.3), (tilted, 0.0), (tilted, 1.0)] {
             for (a, b) in at(share).iter().zip(exchange_forces(feet, at(share))) {

@@ -211,26 +211,7 @@ fn sole_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn foot(limb: usize, y: f64, tilt: f64) -> FootSupport {
-        let corners = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)];
-        FootSupport {
-            limb,
-            center: DVec3::new(0.05 * y, y, 0.2 * y),
-            polygon: corners.map(DVec2::from).into_iter().collect(),
-            twist_arm: 0.05,
-            axes: glam::DMat3::from_rotation_x(tilt),
-            friction: 0.6,
-        }
-    }
-
-    fn about_origin(feet: [&FootSupport; 2], wrenches: [FootWrench; 2]) -> FootWrench {
-        let [a, b] = [0, 1].map(|at| {
-            let (force, moment) = wrenches[at];
-            (force, moment + feet[at].center.cross(force))
-        });
-        (a.0 + b.0, a.1 + b.1)
-    }
+    use crate::timing::support::example_feet::{about_origin, tilted_foot};
 
     fn sole_excess(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
         let mut most = 0.0_f64;
@@ -244,7 +225,7 @@ mod tests {
     fn an_ankle_beyond_its_limit_leaves_load_to_the_other_foot() {
         // Both centres of pressure are 8 cm ahead; the ankle of the first foot, which bears nearly
         // all, holds 6 cm of it.
-        let feet = [&foot(0, 0.1, 0.0), &foot(1, -0.1, 0.1)];
+        let feet = [&tilted_foot(0, 0.1, 0.0), &tilted_foot(1, -0.1, 0.1)];
         let shared = [0.98, 0.02].map(|part| (600.0 * part * DVec3::Z, -48.0 * part * DVec3::Y));
         let pair = FootPair::new(feet, shared);
         let mut bounds = vec![pair.bound(0, DVec3::ZERO, -DVec3::Y, 36.0)];
@@ -263,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_bound_of_either_foot_is_that_of_its_own_wrench() {
-        let feet = [&foot(0, 0.15, 0.3), &foot(1, -0.1, -0.2)];
+        let feet = [&tilted_foot(0, 0.15, 0.3), &tilted_foot(1, -0.1, -0.2)];
         let wrenches = [
             (DVec3::new(30.0, -20.0, 400.0), DVec3::new(3.0, -5.0, 1.0)),
             (DVec3::new(-10.0, 25.0, 200.0), DVec3::new(-2.0, 4.0, 0.5)),

@@ -184,6 +184,37 @@ fn clipped(polygon: &SolePolygon, normal: DVec2, offset: f64) -> SolePolygon {
     kept
 }
 
+/// Feet for the tests of what two feet exert.
+#[cfg(test)]
+pub(super) mod example_feet {
+    use super::*;
+
+    /// A foot whose sole is tilted about x, rad.
+    pub(in crate::timing) fn tilted_foot(limb: usize, y: f64, tilt: f64) -> FootSupport {
+        let polygon = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from);
+        FootSupport {
+            limb,
+            center: DVec3::new(0.05 * y, y, 0.2 * y),
+            polygon: polygon.into_iter().collect(),
+            twist_arm: 0.05,
+            axes: DMat3::from_rotation_x(tilt),
+            friction: 0.6,
+        }
+    }
+
+    /// The sum of both feet's wrenches about the origin.
+    pub(in crate::timing) fn about_origin(
+        feet: [&FootSupport; 2],
+        wrenches: [FootWrench; 2],
+    ) -> FootWrench {
+        let [a, b] = [0, 1].map(|at| {
+            let (force, moment) = wrenches[at];
+            (force, moment + feet[at].center.cross(force))
+        });
+        (a.0 + b.0, a.1 + b.1)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -510,8 +510,9 @@ impl TimedRobot {
         memory.dynamics.write(&self.dynamics, &state, GRAVITY);
         let support = Support::new(span, level, 0.0, self.limits.friction);
         let problem = self.problem(&memory.dynamics, &support, level, 1.0);
-        let bare = Support::new(span, Level::Bare, 0.0, self.limits.friction);
-        let torques = |rate: DVec2| self.torques((&problem, &bare), at, rate);
+        let bare = || Support::new(span, Level::Bare, 0.0, self.limits.friction);
+        let bare = (support.feet.len() == 2).then(bare);
+        let torques = |rate: DVec2| self.torques((&problem, bare.as_ref()), at, rate);
         let [slower, faster] = [-DVec2::Y, DVec2::Y].map(torques);
         let (moving, rest) = (torques(DVec2::X), torques(DVec2::ZERO));
         waypoint.torque = moving;
@@ -523,7 +524,7 @@ impl TimedRobot {
     /// The feed-forward torques at a rate along the path, with the load shared by a schedule.
     fn torques(
         &self,
-        (problem, bare): (&ContactProblem<'_>, &Support),
+        (problem, bare): (&ContactProblem<'_>, Option<&Support>),
         at: (&LoadSchedule, f64),
         rate: DVec2,
     ) -> [f64; JOINTS_MAX] {
@@ -548,11 +549,11 @@ impl TimedRobot {
     fn relieved(
         &self,
         problem: &ContactProblem<'_>,
-        bare: &Support,
+        bare: Option<&Support>,
         rate: DVec2,
         wrenches: BoundedVec<FootWrench, 2>,
     ) -> BoundedVec<FootWrench, 2> {
-        let [first, second] = wrenches[..] else { return wrenches };
+        let (Some(bare), &[first, second]) = (bare, &wrenches[..]) else { return wrenches };
         let centers = [0, 1].map(|at| problem.support.feet[at].center);
         let whole = self.problem(problem.dynamics, bare, Level::Bare, 1.0);
         relieve_legs(&whole, rate, [first, second], centers).into_iter().collect()
