@@ -17,7 +17,7 @@ use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::role_publisher::{
-    PublisherRole, RolePublisher, name_publisher,
+    PublisherRole, Received, RolePublisher, name_publisher,
 };
 use surefoot_shared_types::instance::tuning::{
     FEEDBACK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
@@ -246,17 +246,17 @@ impl PlanSubscriber {
     ) -> Result<StreamEnd, ChannelError> {
         while keep_going() {
             match self.receive_one(execution)? {
-                Received::Nothing => {
+                Receipt::Nothing => {
                     self.idle()?;
                     if self.has_planner_left() {
                         return Ok(StreamEnd::PlannerLeft);
                     }
                 }
-                Received::Ignored => {
+                Receipt::Ignored => {
                     self.active_at = now();
                     self.publish_if_due()?;
                 }
-                Received::Checked => {
+                Receipt::Checked => {
                     self.active_at = now();
                     self.reported_left = false;
                     if let Some(ended) = self.stream_end() {
@@ -307,9 +307,9 @@ impl PlanSubscriber {
                 return Ok(None);
             }
             match self.receive_one(execution)? {
-                Received::Checked if self.stream_end().is_some() => return Ok(self.stream_end()),
-                Received::Checked => return self.run_with(execution, keep_going).map(Some),
-                Received::Nothing | Received::Ignored => self.idle()?,
+                Receipt::Checked if self.stream_end().is_some() => return Ok(self.stream_end()),
+                Receipt::Checked => return self.run_with(execution, keep_going).map(Some),
+                Receipt::Nothing | Receipt::Ignored => self.idle()?,
             }
         }
         Ok(None)
@@ -341,22 +341,18 @@ impl PlanSubscriber {
     }
 
     /// Receives a chunk and answers it.
-    fn receive_one(
-        &mut self,
-        execution: &mut dyn ChunkExecution,
-    ) -> Result<Received, ChannelError> {
-        let received = self
-            .subscriber
-            .receive()
-            .map_err(|error| ChannelError::transport("receiving a chunk", error))?;
-        let Some(sample) = received else { return Ok(Received::Nothing) };
-        if !self.planner.is(sample.origin().value()) {
-            self.stream_state.ignore_other_sender();
-            return Ok(Received::Ignored);
-        }
+    fn receive_one(&mut self, execution: &mut dyn ChunkExecution) -> Result<Receipt, ChannelError> {
+        let sample = match self.planner.receive(&self.subscriber, "receiving a chunk")? {
+            Received::Nothing => return Ok(Receipt::Nothing),
+            Received::OfAnother => {
+                self.stream_state.ignore_other_sender();
+                return Ok(Receipt::Ignored);
+            }
+            Received::Message(sample) => sample,
+        };
         let chunk = sample.payload();
         match self.stream_state.triage(chunk) {
-            ChunkTriage::Ignore => return Ok(Received::Ignored),
+            ChunkTriage::Ignore => return Ok(Receipt::Ignored),
             ChunkTriage::Refuse(check) => {
                 self.stream_state.refuse(check, 0, None);
                 let walk = self.walk_progress();
@@ -371,7 +367,7 @@ impl PlanSubscriber {
             may_sleep,
             &self.participant.feedback_wake_pipe,
         )?;
-        Ok(Received::Checked)
+        Ok(Receipt::Checked)
     }
 
     /// Checks a chunk, records the decision and executes it, with heartbeats when that takes long.
@@ -446,7 +442,7 @@ fn record(journal: &mut Journal, decided: &StreamState, walk: WalkProgress) {
 }
 
 /// Result of one receive call.
-enum Received {
+enum Receipt {
     Nothing,
     Ignored,
     Checked,

@@ -11,14 +11,13 @@ use std::time::{Duration, Instant};
 use iceoryx2::port::SendError;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
-use iceoryx2::sample::Sample;
 use iceoryx2::sample_mut::SampleMut;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::role_lock;
 use surefoot_shared_types::instance::role_publisher::{
-    PublisherRole, RolePublisher, name_publisher,
+    PublisherRole, Received, RolePublisher, name_publisher,
 };
 use surefoot_shared_types::instance::tuning::{
     CHUNK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
@@ -69,14 +68,6 @@ pub struct PlanPublisher {
     other_senders: u64,
     /// Held as long as this planner may send chunks.
     _lock: File,
-}
-
-/// Result of one receive call.
-enum Received {
-    Nothing,
-    /// A message of another publisher.
-    Ignored,
-    Feedback(Sample<ipc::Service, Feedback, ()>),
 }
 
 /// A complete chunk in shared memory, to be sent once the window allows.
@@ -176,8 +167,8 @@ impl PlanPublisher {
         for _ in 0..FEEDBACK_PER_POLL_MAX {
             match self.receive_one()? {
                 Received::Nothing => break,
-                Received::Ignored => {}
-                Received::Feedback(feedback) => {
+                Received::OfAnother => {}
+                Received::Message(feedback) => {
                     latest = Some(*feedback).filter(Feedback::is_well_formed).or(latest);
                 }
             }
@@ -300,17 +291,10 @@ impl PlanPublisher {
 
     /// Receives one message of feedback; those of publishers other than the controller's are
     /// dropped and counted, whatever they contain.
-    fn receive_one(&mut self) -> Result<Received, ChannelError> {
-        let received = self
-            .subscriber
-            .receive()
-            .map_err(|error| ChannelError::transport("receiving feedback", error))?;
-        let Some(sample) = received else { return Ok(Received::Nothing) };
-        if !self.controller.is(sample.origin().value()) {
-            self.other_senders += 1;
-            return Ok(Received::Ignored);
-        }
-        Ok(Received::Feedback(sample))
+    fn receive_one(&mut self) -> Result<Received<Feedback>, ChannelError> {
+        let received = self.controller.receive(&self.subscriber, "receiving feedback")?;
+        self.other_senders += u64::from(matches!(received, Received::OfAnother));
+        Ok(received)
     }
 
     /// Evaluates the feedback that has arrived.
@@ -323,8 +307,8 @@ impl PlanPublisher {
         for _ in 0..FEEDBACK_PER_POLL_MAX {
             let sample = match self.receive_one()? {
                 Received::Nothing => break,
-                Received::Ignored => continue,
-                Received::Feedback(sample) => sample,
+                Received::OfAnother => continue,
+                Received::Message(sample) => sample,
             };
             let feedback = sample.payload();
             let acknowledged = state.window.acknowledged();

@@ -7,9 +7,11 @@
 use std::fs::File;
 use std::os::unix::fs::FileExt;
 
-use iceoryx2::prelude::{CallbackProgression, PortFactory};
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{CallbackProgression, PortFactory, ipc};
+use iceoryx2::sample::Sample;
 
-use crate::instance::error::{InstanceError, io_error};
+use crate::instance::error::{ChannelError, InstanceError, io_error};
 use crate::instance::instance::Instance;
 use crate::instance::services::Service;
 use crate::message::Layout;
@@ -47,6 +49,17 @@ pub fn name_publisher(
     written.map_err(|error| io_error(&instance.root().join(role.file()), error))
 }
 
+/// Result of [`RolePublisher::receive`].
+#[derive(Debug)]
+pub enum Received<M: Layout> {
+    /// No message has arrived.
+    Nothing,
+    /// A message of a publisher other than the role's, which is dropped.
+    OfAnother,
+    /// A message of the role's publisher.
+    Message(Sample<ipc::Service, M, ()>),
+}
+
 /// Distinguishes the messages of the process that has a role from those of other publishers.
 #[derive(Debug)]
 pub struct RolePublisher {
@@ -64,9 +77,28 @@ impl RolePublisher {
         Ok(Self { file: instance.open_file(role.file())?, id: None })
     }
 
+    /// Receives one message; one of another publisher is dropped, whatever it contains. `receiving`
+    /// names the step in an error.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn receive<M: Layout>(
+        &mut self,
+        subscriber: &Subscriber<ipc::Service, M, ()>,
+        receiving: &'static str,
+    ) -> Result<Received<M>, ChannelError> {
+        let received =
+            subscriber.receive().map_err(|error| ChannelError::transport(receiving, error))?;
+        Ok(match received {
+            None => Received::Nothing,
+            Some(sample) if self.is(sample.origin().value()) => Received::Message(sample),
+            Some(_) => Received::OfAnother,
+        })
+    }
+
     /// Whether a message of the publisher `id` counts. The publisher named last remains the one
     /// until a message of another arrives that is named then. As long as none ever was, all count.
-    pub fn is(&mut self, id: u128) -> bool {
+    pub(crate) fn is(&mut self, id: u128) -> bool {
         if self.id == Some(id) {
             return true;
         }
