@@ -512,10 +512,13 @@ impl TimedRobot {
         let problem = self.problem(&memory.dynamics, &support, level, 1.0);
         let bare = Support::new(span, Level::Bare, 0.0, self.limits.friction);
         let torques = |rate: DVec2| self.torques((&problem, &bare), at, rate);
-        let [slower, faster] = [-DVec2::Y, DVec2::Y].map(torques);
-        let (moving, rest) = (torques(DVec2::X), torques(DVec2::ZERO));
-        waypoint.torque = moving;
-        waypoint.rest_torque = rest;
+        let within_limits = |rate: DVec2| self.limits.within_full_efforts(torques(rate));
+        // Those of one foot change evenly with the rate, beyond the limits, too.
+        let is_known = support.feet.len() == 1;
+        let changed = |rate: DVec2| if is_known { torques(rate) } else { within_limits(rate) };
+        let [slower, faster] = [-DVec2::Y, DVec2::Y].map(changed);
+        waypoint.torque = within_limits(DVec2::X);
+        waypoint.rest_torque = within_limits(DVec2::ZERO);
         waypoint.rate_change_torque =
             std::array::from_fn(|joint| 0.5 * (faster[joint] - slower[joint]));
     }
@@ -537,9 +540,6 @@ impl TimedRobot {
                 torques[joint] -=
                     dynamics.frames.torque_of_wrench(joint, *force, *moment, foot.center);
             }
-        }
-        for (torque, limit) in torques.iter_mut().zip(&self.limits.full_efforts) {
-            *torque = torque.clamp(-limit, *limit);
         }
         torques
     }
