@@ -5,8 +5,8 @@
 //! of mass moves by its height times the tilt. With the tilt `r` towards the direction `e`, the
 //! foot stands on the point `x` with the least `air - r x.e`, and holds all centres of mass up to
 //! `x.e - height r` along `e`. The best tilt of a list counts, so no more is counted than one of
-//! them holds. The foot may tilt to the side of the direction as well, by a milliradian at most, and
-//! the support is less by as much motion: three points that are not quite level all carry.
+//! them holds. The foot may tilt to the side of the direction as well, by a milliradian at most,
+//! and the support is less by as much motion: three points that are not quite level all carry.
 
 use glam::DVec2;
 
@@ -150,8 +150,8 @@ impl Reach {
         })
     }
 
-    /// This one, or one that is farther: that of a foot with this `air` (m) under some points, as far
-    /// `along` the direction (m). It is tilted sideways by `side_tilt` (rad).
+    /// This one, or one that is farther: that of a foot with this `air` (m) under some points, as
+    /// far `along` the direction (m). It is tilted sideways by `side_tilt` (rad).
     fn or_tilted(
         mut self,
         (touching, air, along): (&[AirSample], &[f64], &[f64]),
@@ -183,8 +183,8 @@ impl Reach {
         self
     }
 
-    /// Whether the foot stands on another point than in a direction beside this one, so that the side
-    /// between both may lie too far off.
+    /// Whether the foot stands on another point than in a direction beside this one, so that the
+    /// side between both may lie too far off.
     fn is_far_from(&self, other: &Self) -> bool {
         let half_angle = 0.5 * self.direction.perp_dot(other.direction).abs();
         match (self.stands_on, other.stands_on) {

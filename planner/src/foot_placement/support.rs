@@ -339,8 +339,8 @@ impl Surfaces {
     }
 
     /// Adds the corners of the part of a face in the clip buffer in which a foot beside its place
-    /// finds this face and no other: it is lower there by no more than `drop` (m), although a corner
-    /// of the face may be lower, beside a steeper one.
+    /// finds this face and no other: it is lower there by no more than `drop` (m), although a
+    /// corner of the face may be lower, beside a steeper one.
     fn add_inner_ground(
         &self,
         scratch: &mut Scratch,
