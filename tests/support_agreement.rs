@@ -29,7 +29,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::{World, WorldShape};
 
-/// Placements that are compared.
+/// Placements that are compared, and those beside the last one.
 const PLACEMENTS: usize = 200;
 /// The most by which a corner of the planner's support lies beyond the checker's, m: the reserve of
 /// the planner's margin of the centre of mass.
@@ -113,8 +113,7 @@ fn beyond(world: &str, [low, high]: [DVec3; 2]) -> f64 {
         let at = DVec3::from_array([0, 1, 2].map(|axis| random.uniform(low[axis], high[axis])));
         let heading = rotation_about(DVec3::Z, random.uniform(-3.0, 3.0));
         index += 1;
-        let near = placements(&surfaces, sole, Pose::from_parts(at, heading), index);
-        for found in near.into_iter().take(PLACEMENTS - count) {
+        for found in placements(&surfaces, sole, Pose::from_parts(at, heading), index) {
             let region = measured(&mut checker, &model, &found.world_from_sole);
             for corner in &found.support.polygon {
                 let corner = found.world_from_sole * corner.extend(0.0);

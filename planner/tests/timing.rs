@@ -22,12 +22,14 @@ use surefoot_planner::robot::inverse_dynamics::{
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::timing::limit::{BindingTimes, Limit};
+use surefoot_planner::timing::limits::TimingLimits;
 use surefoot_planner::timing::load_sharing::LoadSchedule;
 use surefoot_planner::timing::path_point::{Path, PathPoint, PathSpan};
 use surefoot_planner::timing::path_timing::PathTiming;
 use surefoot_planner::timing::timed_path::SpanTimes;
+use surefoot_planner::timing::timed_robot::TimedRobot;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
-use surefoot_shared_types::config::{ExecutionConfig, PlannerConfig};
+use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig, PlannerConfig};
 use surefoot_shared_types::message::{Contact, Interpolation, Ramp, Waypoint};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 use walk_timing::{FRICTION, profile_seconds};
@@ -544,4 +546,24 @@ fn no_ramp_begins_before_a_rest_that_lies_before_its_chunk() {
             assert!(span >= 5 || stop.brake_at <= rest, "{span} {chunk} {stop:?} {rest}");
         }
     }
+}
+
+#[test]
+fn on_one_foot_the_torques_of_a_change_of_the_rate_are_not_cut_off_at_the_limits() {
+    let model = hubo();
+    let walk = smooth_walk(&model, 4, 0.12);
+    let known = timed(&mut timing_of(&model, &walk), &walk);
+    let mut limits = TimingLimits::new(&model, &execution(), FRICTION, &CheckerConfig::default());
+    limits.full_efforts = limits.full_efforts.map(|effort| 0.2 * effort);
+    let points_max = walk.points.len() + walk.spans.len();
+    let cut = timed(&mut PathTiming::new(TimedRobot::new(&model, limits), points_max), &walk);
+    let mut are_cut = 0;
+    for (span, (known, cut)) in walk.spans.iter().zip(known.iter().zip(&cut)) {
+        for (known, cut) in known.iter().zip(cut).filter(|_| span.contacts.len() == 1) {
+            assert_eq!(known.q, cut.q);
+            assert_eq!(known.rate_change_torque, cut.rate_change_torque);
+            are_cut += usize::from(known.rest_torque != cut.rest_torque);
+        }
+    }
+    assert!(are_cut > 10, "{are_cut}");
 }

@@ -5,14 +5,15 @@
 //! of mass moves by its height times the tilt. With the tilt `r` towards the direction `e`, the
 //! foot stands on the point `x` with the least `air - r x.e`, and holds all centres of mass up to
 //! `x.e - height r` along `e`. The best tilt of a list counts, so no more is counted than one of
-//! them holds.
+//! them holds. The foot may tilt to the side of the direction as well, by a milliradian at most,
+//! and the support is less by as much motion: three points that are not quite level all carry.
 
 use glam::DVec2;
 
 use crate::geometry::polygon;
 use crate::statics::tuning::{
-    CONTACT_POINTS_MAX, EVEN_AIR_MAX, REST_DIRECTIONS, REST_TILT_MIN, REST_TILT_STEP, REST_TILTS,
-    TOUCH_GAP_MAX,
+    CONTACT_POINTS_MAX, EVEN_AIR_MAX, REST_BISECTIONS, REST_DIRECTIONS, REST_SIDE_OFF_MAX,
+    REST_SIDE_TILTS, REST_TILT_MIN, REST_TILT_STEP, REST_TILTS, TOUCH_GAP_MAX,
 };
 
 /// The air under a point of the sole.
@@ -43,20 +44,41 @@ pub(crate) fn resting_region(samples: &[AirSample], height: f64) -> Vec<DVec2> {
         return region;
     }
     let touching = lowest(touching);
-    let around = (0..REST_DIRECTIONS).map(|k| polygon::direction(k, REST_DIRECTIONS));
-    let directions: Vec<DVec2> = around.chain(outward(&region)).collect();
-    let reaches: Vec<Reach> =
-        directions.iter().map(|&along| Reach::new(&touching, along, height)).collect();
+    let reach = |along: DVec2| Reach::new(&touching, along, height);
+    let mut reaches = around(&reach);
+    reaches.extend(outward(&region).map(reach));
     // The sides between the places that hold in these directions.
     let held: Vec<DVec2> = reaches.iter().filter_map(|reach| reach.at).collect();
     let held = polygon::hull(&held);
-    let between: Vec<Reach> =
-        outward(&held).map(|along| Reach::new(&touching, along, height)).collect();
+    let between: Vec<Reach> = outward(&held).map(reach).collect();
     let clipped = reaches
         .iter()
         .chain(&between)
         .fold(region, |region, reach| polygon::clip(&region, reach.direction, reach.distance));
     polygon::hull(&clipped)
+}
+
+/// The reaches in all directions: the more of them, the farther apart the points are on which the
+/// foot stands in two that follow each other. Between these points lies a side of the region.
+fn around(reach: &impl Fn(DVec2) -> Reach) -> Vec<Reach> {
+    let mut found: Vec<Reach> =
+        (0..REST_DIRECTIONS).map(|k| reach(polygon::direction(k, REST_DIRECTIONS))).collect();
+    for _ in 0..REST_BISECTIONS {
+        let count = found.len();
+        let mut finer: Vec<Reach> = Vec::with_capacity(2 * count);
+        for (index, one) in found.iter().enumerate() {
+            let next = &found[(index + 1) % count];
+            finer.push(*one);
+            if one.is_far_from(next) {
+                finer.push(reach((one.direction + next.direction).normalize_or_zero()));
+            }
+        }
+        if finer.len() == count {
+            break;
+        }
+        found = finer;
+    }
+    found
 }
 
 /// The outward normals of a polygon's sides.
@@ -99,39 +121,77 @@ fn lower_hulls(mut samples: Vec<AirSample>, split: fn(DVec2) -> [f64; 2]) -> Vec
 }
 
 /// How far along a direction a centre of mass may be.
+#[derive(Clone, Copy)]
 struct Reach {
     direction: DVec2,
     /// In metres; minus infinity where nothing carries.
     distance: f64,
     /// A place as far as that.
     at: Option<DVec2>,
+    /// The point on which the foot stands then.
+    stands_on: Option<DVec2>,
 }
 
 impl Reach {
+    /// The reach along a direction: the best of those with the foot tilted to either side a little,
+    /// so that it stands on all of three points. The robot moves as far to that side.
     fn new(touching: &[AirSample], direction: DVec2, height: f64) -> Self {
-        let mut best = Self { direction, distance: f64::NEG_INFINITY, at: None };
+        let nothing = Self { direction, distance: f64::NEG_INFINITY, at: None, stands_on: None };
         let along: Vec<f64> = touching.iter().map(|sample| sample.at.dot(direction)).collect();
+        let last = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        REST_SIDE_TILTS.iter().fold(nothing, |best, side_tilt| {
+            if last - height * side_tilt.abs() <= best.distance {
+                return best;
+            }
+            let sideways = *side_tilt * direction.perp();
+            let air = |sample: &AirSample| sample.air - sideways.dot(sample.at);
+            let air: Vec<f64> = touching.iter().map(air).collect();
+            best.or_tilted((touching, &air, &along), height, side_tilt.abs())
+        })
+    }
+
+    /// This one, or one that is farther: that of a foot with this `air` (m) under some points, as
+    /// far `along` the direction (m). It is tilted sideways by `side_tilt` (rad).
+    fn or_tilted(
+        mut self,
+        (touching, air, along): (&[AirSample], &[f64], &[f64]),
+        height: f64,
+        side_tilt: f64,
+    ) -> Self {
         let last = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         for step in 0..=REST_TILTS {
             let tilt = REST_TILT_MIN.max(REST_TILT_STEP * f64::from(step));
-            if last - height * tilt <= best.distance {
+            let moved = height * (tilt + side_tilt);
+            if last - moved <= self.distance {
                 break;
             }
             let mut lowest = (f64::INFINITY, 0);
-            for (index, (sample, along)) in touching.iter().zip(&along).enumerate() {
-                let air = sample.air - tilt * along;
+            for (index, (air, along)) in air.iter().zip(along).enumerate() {
+                let air = air - tilt * along;
                 if air < lowest.0 {
                     lowest = (air, index);
                 }
             }
             let Some(stood_on) = touching.get(lowest.1) else { break };
-            let distance = along[lowest.1] - height * tilt;
-            if lowest.0.is_finite() && stood_on.is_carrying && distance > best.distance {
-                best.distance = distance;
-                best.at = Some(stood_on.at - height * tilt * direction);
+            let distance = along[lowest.1] - moved;
+            if lowest.0.is_finite() && stood_on.is_carrying && distance > self.distance {
+                self.distance = distance;
+                self.at = Some(stood_on.at - moved * self.direction);
+                self.stands_on = Some(stood_on.at);
             }
         }
-        best
+        self
+    }
+
+    /// Whether the foot stands on another point than in a direction beside this one, so that the
+    /// side between both may lie too far off.
+    fn is_far_from(&self, other: &Self) -> bool {
+        let half_angle = 0.5 * self.direction.perp_dot(other.direction).abs();
+        match (self.stands_on, other.stands_on) {
+            (Some(one), Some(other)) => one.distance(other) * half_angle > REST_SIDE_OFF_MAX,
+            (None, None) => false,
+            _ => true,
+        }
     }
 }
 
@@ -245,6 +305,24 @@ mod tests {
             let direction = polygon::direction(k, 48);
             let [all, few] = [&samples, &kept].map(|of| Reach::new(of, direction, 0.1).distance);
             assert!((all - few).abs() < 1e-12, "{k}: {all} {few}");
+        }
+    }
+
+    #[test]
+    fn three_peaks_carry_what_lies_between_them_whatever_their_directions() {
+        for turned in 0..12 {
+            let turn = DVec2::from_angle(0.13 * f64::from(turned));
+            let peaks = [(0.045, -0.03), (0.03, 0.035), (-0.045, 0.005)];
+            let peaks = peaks.map(|(x, y)| turn.rotate(DVec2::new(x, y)));
+            // Around each of them the ground falls by 30 mrad, more than a resting foot tilts.
+            let nearest =
+                |at: DVec2| peaks.map(|peak| at.distance(peak)).into_iter().reduce(f64::min);
+            let samples = over(|at| Some(0.03 * nearest(at)?));
+            let region = resting_region(&samples, HEIGHT);
+            let beyond = region.iter().map(|at| -polygon::margin(&polygon::hull(&peaks), *at));
+            let beyond = beyond.fold(f64::NEG_INFINITY, f64::max);
+            assert!(beyond < 1.5e-3, "{turned}: {beyond}");
+            assert!(polygon::area(&region) > 0.8 * polygon::area(&polygon::hull(&peaks)));
         }
     }
 

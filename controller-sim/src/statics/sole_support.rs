@@ -16,12 +16,13 @@ use crate::geometry::polygon;
 use crate::geometry::rays::{Hit, Target};
 use crate::statics::resting_contact::{AirSample, resting_region};
 use crate::statics::sole_support::crests::crests;
+use crate::statics::sole_support::near_ground::NearGround;
 use crate::statics::sole_support::ray_sample::RaySample;
 use crate::statics::tuning::{
     CONTACT_POINTS_MAX, EVEN_AIR_MAX, HEIGHT_STEP, NEAR_AIR_MAX, RAY_START, SAMPLE_SPACING,
     SOLES_CACHED_MAX,
 };
-use crate::statics::underside::{FineGrid, SolePoint, Underside};
+use crate::statics::underside::{SolePoint, Underside};
 
 /// A contact point of a sole with the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -155,54 +156,21 @@ impl SupportFinder {
         let indices = around(&others, grid.width_around());
         let fine: Vec<RaySample> = indices.iter().map(|&index| sample(grid.point(index))).collect();
         let crests = crests(grid, &indices, &fine, sample);
-        let ground = |index: usize| (index, sample(grid.point(index)).air);
-        // A line that ends at the sole's outline must not seem to be higher there.
-        let all = indices.iter().zip(&fine);
-        let round = all.filter(|(_, sample)| sample.is_round).map(|(&index, _)| index);
-        let beside: Vec<(usize, f64)> = grid.beside(round).into_iter().map(ground).collect();
-        let widened = self.widen(grid, [&even, &indices], &beside, [fine, coarse].concat());
+        // A foot beside its place stands on ground beside the sole.
+        let beside = grid.beside(indices.iter().copied());
+        // The lines of curved ground have samples of their own.
+        let edges = if indices.is_empty() { &[] } else { grid.edges() };
+        let edges = edges.iter().copied().map(sample).filter(|sample| !sample.is_round);
+        let others: Vec<RaySample> = edges.chain(coarse).collect();
+        let mut near = NearGround::new(grid);
+        even.iter().for_each(|&index| near.leave_out(index));
+        for index in beside {
+            // It may be missed, but the foot does not touch it in its place.
+            let ground = sample(grid.point(index));
+            near.set(index, &RaySample { is_carrying: false, ..ground });
+        }
+        let widened = near.widen(&indices, fine, others);
         [widened, crests].concat()
-    }
-
-    /// Measures the most air near each sample: from its part of the foot to the lowest ground near.
-    /// The first samples are those of the grid points `indices`; the grid points `even` lie in the
-    /// plane of a sample, which knows its slope. The air `beside` the sole, where the foot may come
-    /// to stand, is given by index and in metres. A sample also carries if one as near does: the
-    /// foot touches a peak from its gentle side.
-    fn widen(
-        &self,
-        grid: &FineGrid,
-        [even, indices]: [&[usize]; 2],
-        beside: &[(usize, f64)],
-        mut samples: Vec<RaySample>,
-    ) -> Vec<RaySample> {
-        let unmeasured =
-            |index| if grid.is_foot(index) { f64::INFINITY } else { f64::NEG_INFINITY };
-        let mut measured: Vec<(f64, bool)> =
-            (0..grid.len()).map(|index| (unmeasured(index), false)).collect();
-        even.iter().for_each(|&index| measured[index].0 = f64::NEG_INFINITY);
-        beside.iter().for_each(|&(index, air)| measured[index].0 = air);
-        indices.iter().zip(&samples).for_each(|(&index, sample)| {
-            measured[index] = (sample.air - sample.point.height, sample.is_carrying);
-        });
-        let widen = |sample: &mut RaySample, near: usize| {
-            let (depth, is_carrying) = measured[near];
-            sample.most_air = sample.most_air.max(sample.point.height + depth);
-            sample.is_carrying |= is_carrying && sample.air.is_finite();
-        };
-        let (fine, coarse) = samples.split_at_mut(indices.len());
-        for (sample, &index) in fine.iter_mut().zip(indices) {
-            grid.within_point(index).for_each(|near| widen(sample, near));
-        }
-        for sample in coarse {
-            grid.within(sample.point.at).for_each(|near| widen(sample, near));
-            if sample.is_round {
-                // As much as on the crests' samples, which lie beside the grid.
-                let nearest = grid.nearest(sample.point.at);
-                grid.within_point(nearest).for_each(|near| widen(sample, near));
-            }
-        }
-        samples
     }
 
     fn targets_below(&self, sole: &[DVec2], world_from_sole: &Pose) -> Vec<&Target> {
@@ -312,6 +280,7 @@ fn nearest_carrying(samples: &[RaySample], at: DVec2) -> Option<&RaySample> {
 }
 
 mod crests;
+mod near_ground;
 mod ray_sample;
 #[cfg(test)]
 mod tests;

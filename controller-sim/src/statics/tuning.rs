@@ -11,6 +11,9 @@ pub(crate) const FINE_SAMPLE_SPACING: f64 = 1e-3;
 pub(crate) const NEIGHBOUR_DISTANCE: f64 = 7.5e-3;
 /// Neighbours that differ by less from the plane of a sample lie in it, m.
 pub(crate) const PLANE_DISTANCE_MAX: f64 = 1e-7;
+/// Ground is no deeper beside a sample than below it where it rises by more, m per m: a wall, of
+/// which the samples beside it show the foot.
+pub(crate) const STEEP_GROUND_MIN: f64 = 1.0;
 /// Rays begin this far below the sole or above the underside of the foot, m.
 pub(crate) const RAY_START: f64 = 0.02;
 /// A foot counts as flat where its underside is this near to its sole plane, m: meshes of feet are
@@ -33,8 +36,16 @@ pub(crate) const REST_TILT_MIN: f64 = 1e-5;
 pub(crate) const REST_TILT_STEP: f64 = 5e-4;
 /// Number of these tilts after the least; the last one, 22 mrad, is the most of a resting foot.
 pub(crate) const REST_TILTS: u32 = 44;
-/// Directions in which a foot may tilt, in addition to those of the sides of its contact.
-pub(crate) const REST_DIRECTIONS: usize = 16;
+/// Tilts of a foot to the side of the direction in which it tilts, rad: as the lengths of soles, a
+/// third point may lie 0.2 mm lower than the plane in which the foot is declared.
+pub(crate) const REST_SIDE_TILTS: [f64; 5] = [0.0, 3e-4, -3e-4, 1e-3, -1e-3];
+/// Directions in which a foot may tilt that are examined first, in addition to those of the sides
+/// of its contact.
+pub(crate) const REST_DIRECTIONS: usize = 32;
+/// Times that two directions are bisected at most in which the foot stands on different points.
+pub(crate) const REST_BISECTIONS: usize = 6;
+/// A side of a support between two such points lies at most as far off, m.
+pub(crate) const REST_SIDE_OFF_MAX: f64 = 4e-4;
 /// Heights of the centre of mass over a sole are rounded up to a multiple of this one, m.
 pub(crate) const HEIGHT_STEP: f64 = 0.05;
 /// Edge samples are moved towards the middle by this share of their distance from it.

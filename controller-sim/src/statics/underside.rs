@@ -56,6 +56,8 @@ pub(crate) struct FineGrid {
     heights: Vec<f64>,
     /// Whether a point lies beside the sole, where the foot may come to stand.
     is_beside: Vec<bool>,
+    /// Points along the edges of the sole, as near to each other.
+    edges: Vec<SolePoint>,
     /// How far the foot may be beside its pose, m.
     reach: f64,
     /// The steps in index from a grid point to those within `reach`, and to those within one cell
@@ -85,7 +87,8 @@ impl Underside {
         let on_foot = coarse.iter().filter(|point| point.height == 0.0).count();
         let share_on_foot = on_foot as f64 / coarse.len().max(1) as f64;
         coarse.retain(is_foot);
-        let edges = edge_points(&outline).into_iter().map(point).filter(is_foot).collect();
+        let edges = edge_points(&outline, SAMPLE_SPACING);
+        let edges = edges.into_iter().map(point).filter(is_foot).collect();
         let (fine, neighbours) = (OnceCell::new(), OnceCell::new());
         Ok(Self { outline, coarse, edges, share_on_foot, shapes, reach, fine, neighbours })
     }
@@ -142,6 +145,7 @@ impl FineGrid {
             height,
             heights: Vec::new(),
             is_beside: Vec::new(),
+            edges: Vec::new(),
             reach,
             near: steps(reach),
             farther: steps(beside),
@@ -156,10 +160,24 @@ impl FineGrid {
             grid.heights.push(if is_on_sole { height_over(shapes, at) } else { f64::NAN });
             grid.is_beside.push(!is_on_sole && is_beside());
         }
+        let edge = |at: DVec2| SolePoint { at, height: height_over(shapes, at) };
+        let edges = edge_points(outline, FINE_SAMPLE_SPACING).into_iter().map(edge);
+        grid.edges = edges.filter(|point| point.height.is_finite()).collect();
         grid
     }
 
-    fn at(&self, index: usize) -> DVec2 {
+    /// The points along the edges of the sole.
+    pub(crate) fn edges(&self) -> &[SolePoint] {
+        &self.edges
+    }
+
+    /// How far the foot may be beside its pose, m.
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// The place of a point, m.
+    pub(crate) fn at(&self, index: usize) -> DVec2 {
         self.place(index / self.height, index % self.height)
     }
 
@@ -301,10 +319,10 @@ fn coarse_points(sole: &[DVec2]) -> Vec<DVec2> {
         .collect()
 }
 
-fn edge_points(sole: &[DVec2]) -> Vec<DVec2> {
+fn edge_points(sole: &[DVec2], spacing: f64) -> Vec<DVec2> {
     let middle = sole.iter().sum::<DVec2>() / sole.len() as f64;
     let edges = polygon::sides(sole).flat_map(|(a, b)| {
-        let pieces = ((b - a).length() / SAMPLE_SPACING).ceil().max(1.0) as usize;
+        let pieces = ((b - a).length() / spacing).ceil().max(1.0) as usize;
         (0..pieces).map(move |piece| a + (b - a) * (piece as f64 / pieces as f64))
     });
     edges.map(|at| middle + (at - middle) * (1.0 - EDGE_PULL)).collect()

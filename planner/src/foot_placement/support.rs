@@ -317,13 +317,17 @@ impl Surfaces {
         incline: f64,
         is_reliable: bool,
     ) {
-        let buffer = &mut scratch.clip;
-        scratch.contacts.add_ground(&buffer.polygon, self.config.foot_shift * incline);
+        let drop = self.config.foot_shift * incline;
+        scratch.contacts.add_ground(&scratch.clip.polygon, drop);
+        if face.of_mesh() && drop > 0.0 {
+            self.add_inner_ground(scratch, sole, vertices, drop);
+        }
         if !is_reliable {
             return;
         }
+        let buffer = &mut scratch.clip;
         if self.config.is_secured && !face.of_mesh() {
-            self.keep_from_edges(buffer, sole, vertices);
+            clip_inside(buffer, sole, vertices, self.edge_inset());
         }
         scratch.contacts.has_open_edges |= face.of_mesh();
         scratch.contacts.has_face |= !scratch.clip.polygon.is_empty();
@@ -334,19 +338,26 @@ impl Surfaces {
         scratch.contacts.add_all(&scratch.clip.polygon);
     }
 
+    /// Adds the corners of the part of a face in the clip buffer in which a foot beside its place
+    /// finds this face and no other: it is lower there by no more than `drop` (m), although a
+    /// corner of the face may be lower, beside a steeper one.
+    fn add_inner_ground(
+        &self,
+        scratch: &mut Scratch,
+        sole: &PosedSole,
+        vertices: &[DVec3],
+        drop: f64,
+    ) {
+        let whole = BoundedPolygon::from_slice(&scratch.clip.polygon).unwrap_or_default();
+        clip_inside(&mut scratch.clip, sole, vertices, self.config.foot_shift);
+        scratch.contacts.add_ground(&scratch.clip.polygon, drop);
+        scratch.clip.polygon.clear();
+        scratch.clip.polygon.extend_from_slice(&whole);
+    }
+
     /// How far a secured support stays inside the edges of the ground, m.
     fn edge_inset(&self) -> f64 {
         self.config.foot_shift + SAMPLE_SPACING
-    }
-
-    /// Clips a polygon to the part far enough inside the edges of a face.
-    fn keep_from_edges(&self, buffer: &mut ClipBuffer, sole: &PosedSole, vertices: &[DVec3]) {
-        let corner = |index: usize| sole.in_sole(vertices[index % vertices.len()]).truncate();
-        for index in 0..vertices.len() {
-            let inside = HalfPlane::left_of(corner(index), corner(index + 1));
-            let depth = |point: DVec3| inside.depth(point.truncate()) - self.edge_inset();
-            clip(&mut buffer.polygon, &mut buffer.spare, depth);
-        }
     }
 
     fn examine_curved(
@@ -495,6 +506,16 @@ fn for_each_touching_part(
             clip_to_sides(&mut scratch.clip, &sides, 0.0);
         }
         touch(scratch, &sides);
+    }
+}
+
+/// Clips the buffer to the part of a face that is `inset` (m) inside its edges.
+fn clip_inside(buffer: &mut ClipBuffer, sole: &PosedSole, vertices: &[DVec3], inset: f64) {
+    let corner = |index: usize| sole.in_sole(vertices[index % vertices.len()]).truncate();
+    for index in 0..vertices.len() {
+        let inside = HalfPlane::left_of(corner(index), corner(index + 1));
+        let depth = |point: DVec3| inside.depth(point.truncate()) - inset;
+        clip(&mut buffer.polygon, &mut buffer.spare, depth);
     }
 }
 

@@ -43,6 +43,14 @@ impl TimingLimits {
         q.iter().zip(&self.positions).all(within)
     }
 
+    /// Torques no larger than the full efforts, N m or N.
+    pub(crate) fn within_full_efforts(&self, mut torques: [f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
+        for (torque, limit) in torques.iter_mut().zip(&self.full_efforts) {
+            *torque = torque.clamp(-limit, *limit);
+        }
+        torques
+    }
+
     /// The limits of a robot, as far as they may be used, on a world's friction, and those of a
     /// controller.
     pub fn new(

@@ -510,13 +510,16 @@ impl TimedRobot {
         memory.dynamics.write(&self.dynamics, &state, GRAVITY);
         let support = Support::new(span, level, 0.0, self.limits.friction);
         let problem = self.problem(&memory.dynamics, &support, level, 1.0);
+        let is_one_foot = support.feet.len() == 1;
         let bare = || Support::new(span, Level::Bare, 0.0, self.limits.friction);
-        let bare = (support.feet.len() == 2).then(bare);
+        let bare = (!is_one_foot).then(bare);
         let torques = |rate: DVec2| self.torques((&problem, bare.as_ref()), at, rate);
-        let [slower, faster] = [-DVec2::Y, DVec2::Y].map(torques);
-        let (moving, rest) = (torques(DVec2::X), torques(DVec2::ZERO));
-        waypoint.torque = moving;
-        waypoint.rest_torque = rest;
+        let within_limits = |rate: DVec2| self.limits.within_full_efforts(torques(rate));
+        // Those of one foot change evenly with the rate, beyond the limits, too.
+        let changed = |rate: DVec2| if is_one_foot { torques(rate) } else { within_limits(rate) };
+        let [slower, faster] = [-DVec2::Y, DVec2::Y].map(changed);
+        waypoint.torque = within_limits(DVec2::X);
+        waypoint.rest_torque = within_limits(DVec2::ZERO);
         waypoint.rate_change_torque =
             std::array::from_fn(|joint| 0.5 * (faster[joint] - slower[joint]));
     }
@@ -538,9 +541,6 @@ impl TimedRobot {
                 torques[joint] -=
                     dynamics.frames.torque_of_wrench(joint, *force, *moment, foot.center);
             }
-        }
-        for (torque, limit) in torques.iter_mut().zip(&self.limits.full_efforts) {
-            *torque = torque.clamp(-limit, *limit);
         }
         torques
     }

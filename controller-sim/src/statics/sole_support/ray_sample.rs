@@ -25,6 +25,11 @@ pub(super) struct RaySample {
 }
 
 impl RaySample {
+    /// The depth of the ground below the sole plane, m.
+    pub(super) fn depth(&self) -> f64 {
+        self.air - self.point.height
+    }
+
     /// Whether another sample lies in the plane of the ground at this one, and the foot is flat.
     pub(super) fn is_in_plane(&self, other: &RaySample) -> bool {
         let air = self.air + self.gradient.dot(other.point.at - self.point.at);

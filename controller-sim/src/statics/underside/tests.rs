@@ -108,7 +108,7 @@ fn the_share_on_the_foot_is_that_of_the_area() {
 fn a_sole_has_a_sample_near_each_of_its_points() {
     let aside = [(0.31, 0.2), (0.35, 0.19), (0.4, 0.24), (0.33, 0.27)].map(DVec2::from).to_vec();
     for sole in [octagon(), robot().feet[0].polygon.clone(), aside] {
-        let (coarse, edges) = (coarse_points(&sole), edge_points(&sole));
+        let (coarse, edges) = (coarse_points(&sole), edge_points(&sole, SAMPLE_SPACING));
         let inside = |at: &DVec2| polygon::margin(&sole, *at);
         assert!(coarse.iter().all(|at| inside(at) >= EDGE_INSET));
         let expected = polygon::area(&sole) / (SAMPLE_SPACING * SAMPLE_SPACING);
