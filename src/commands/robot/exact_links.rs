@@ -182,3 +182,70 @@ fn notes(model: &RobotModel, pair: [LinkIndex; 2], tried: &Tried, percent: f64) 
     };
     tried.links.iter().map(|&link| note(link)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+
+    use glam::DVec3;
+    use surefoot_shared_types::robot_draft::DraftOptions;
+
+    use super::*;
+
+    /// Corners of two bars beside the toes of Hubo's right foot, 3 mm higher than these where the
+    /// robot stands, in the frame of the shin, as OBJ. The hull of both is above the toes.
+    fn bars(model: &RobotModel) -> String {
+        let root_from_links = model.root_from_links(&model.standing_q);
+        let pose = |name: &str| {
+            root_from_links[model.links.iter().position(|link| link.name == name).unwrap()]
+        };
+        let shin_from_foot = pose("right_shin").inverse() * pose("right_foot");
+        let mut text = String::new();
+        for y in [-0.1, 0.1] {
+            for corner in 0..8 {
+                let side = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
+                // The top of the foot's box is 0.08 m below the ankle.
+                let from_middle = DVec3::new(0.008 * side(0), 0.004 * side(1), 0.02 * side(2));
+                let at = shin_from_foot * (DVec3::new(0.1, y, -0.057) + from_middle);
+                writeln!(text, "v {} {} {}", at.x, at.y, at.z).unwrap();
+            }
+        }
+        let faces =
+            [[1, 3, 4, 2], [5, 6, 8, 7], [1, 2, 6, 5], [3, 7, 8, 4], [1, 5, 7, 3], [2, 4, 8, 6]];
+        for [a, b, c, d] in
+            [0, 8].into_iter().flat_map(|bar| faces.map(|face| face.map(|at| at + bar)))
+        {
+            writeln!(text, "f {a} {b} {c}\nf {a} {c} {d}").unwrap();
+        }
+        text
+    }
+
+    #[test]
+    fn a_link_whose_hull_alone_collides_keeps_its_mesh() {
+        let folder = tempfile::tempdir().unwrap();
+        let [urdf, mesh, file] =
+            ["hubo.urdf", "bars.obj", "robot.toml"].map(|name| folder.path().join(name));
+        let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/robots/hubo/hubo.urdf");
+        let text = std::fs::read_to_string(shipped).unwrap();
+        std::fs::write(&urdf, &text).unwrap();
+        let draft = || RobotDraft::from_urdf(&urdf, &DraftOptions::default()).unwrap();
+        let (plain, model) = with_exact_links(draft(), &file).unwrap();
+        assert!(plain.exact_meshes.is_empty());
+        std::fs::write(&mesh, bars(&model)).unwrap();
+        let link = "<link name=\"right_shin\">";
+        let shape = "<collision><geometry><mesh filename=\"bars.obj\"/></geometry></collision>";
+        std::fs::write(&urdf, text.replacen(link, &[link, shape].concat(), 1)).unwrap();
+        let (chosen, exact) = with_exact_links(draft(), &file).unwrap();
+        let [note] = &chosen.exact_meshes[..] else { panic!("{:?}", chosen.exact_meshes) };
+        assert_eq!(note.name, "right_shin");
+        let end = "% of its postures, the mesh in 0 %";
+        assert!(
+            note.source.contains("collides with 'right_foot'") && note.source.ends_with(end),
+            "{note:?}"
+        );
+        assert!(colliding(&exact).iter().all(|(_, percent)| *percent < PERCENT_MIN));
+        let written = robot_file(&chosen, folder.path());
+        assert!(written.contains("exact_meshes = [\n  \"right_shin\",    # chosen: "), "{written}");
+        assert_eq!(robot_from_text(written, &file).unwrap().links, exact.links);
+    }
+}
