@@ -34,4 +34,4 @@ pub use execution::plan_clock::{Pace, PlanClock, PlanInstant, StopCounts};
 pub use execution::plan_ends::Goal;
 pub use plan::plan_check::{PlanReport, check_plan, check_plan_in};
 pub use plan::problem::Problem;
-pub use statics::CheckerError;
+pub use statics::{CheckerError, HollowSole};

@@ -8,7 +8,7 @@ mod checked_motion;
 use check_robot::*;
 use checked_motion::{check_motion, refused};
 use glam::DVec3;
-use surefoot_controller_sim::{Checker, CheckerError};
+use surefoot_controller_sim::{Checker, CheckerError, HollowSole};
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::{LinkShape, RobotModel};
@@ -37,7 +37,7 @@ fn a_foot_may_not_reach_below_its_sole_between_the_corners() {
 
 #[test]
 fn the_part_of_a_sole_that_lies_on_the_foot_is_named() {
-    let named = |model: RobotModel| -> Vec<String> {
+    let named = |model: RobotModel| -> Vec<HollowSole> {
         let checker = Checker::new(model, world(vec![]), CheckerConfig::default()).unwrap();
         checker.hollow_soles().collect()
     };
@@ -50,9 +50,11 @@ fn the_part_of_a_sole_that_lies_on_the_foot_is_named() {
         let shape = Shape::Box { half_extents: DVec3::new(0.015, 0.05, 0.02) };
         arched.links[1].shapes.push(LinkShape { link_from_shape, shape });
     }
-    let [line] = &named(arched)[..] else { panic!("one sole is hollow") };
-    let percent: f64 = line.split(' ').next().unwrap().parse().unwrap();
-    assert!((28.0..=33.0).contains(&percent) && line.contains("the left sole"), "{line}");
+    let [sole] = &named(arched)[..] else { panic!("one sole is hollow") };
+    assert!((28.0..=33.0).contains(&sole.percent_on_foot), "{sole:?}");
+    assert!((99.0..=100.0).contains(&sole.percent_carrying), "{sole:?}");
+    let line = sole.to_string();
+    assert!(line.contains("the left sole lie on the foot, 99 % between these parts"), "{line}");
 }
 
 #[test]

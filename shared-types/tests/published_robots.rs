@@ -286,6 +286,18 @@ fn inertias_that_rounding_spoils_do_not_count() {
     assert!(load(&changed(foot, &negative), ROBOT).unwrap_err().contains("positive definite"));
 }
 
+/// Darwin OP's file states all nine.
+#[test]
+fn moments_below_the_diagonal_repeat_those_above() {
+    let foot = "ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.01\"";
+    let all = format!("{foot} iyx=\"0\" izx=\"0.0\" izy=\"0\"");
+    assert!(load(&changed(foot, &all), ROBOT).is_ok());
+    for other in ["izy=\"0.001\"", "izy=\"none\""] {
+        let error = load(&changed(foot, &all.replace("izy=\"0\"", other)), ROBOT).unwrap_err();
+        assert!(error.contains("izy of its <inertia> differs from iyz"), "{error}");
+    }
+}
+
 #[test]
 fn inertias_that_no_body_has_are_named_and_taken() {
     let foot = "ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.01\"";

@@ -3,32 +3,44 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use surefoot_planner::collision::model::{CollisionModel, Hit};
 use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
 
 /// How far the root is lowered, as shares of the legs' length.
 const LOWERED: [f64; 4] = [0.0, 0.02, 0.04, 0.06];
 /// How far it goes from the middle to a foot.
 const SHIFTS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
-/// Below this share of colliding postures walks are found as well as without.
-const SHARE_MIN: f64 = 0.4;
+/// Below this share of colliding postures walks are found as well as without, percent.
+pub(crate) const PERCENT_MIN: f64 = 40.0;
 
 /// The links that [`most_often`] collide, where they do so in more than a few postures.
 pub(crate) fn frequent(constraints: &Constraints) -> Option<(String, f64)> {
-    most_often(constraints).filter(|(_, percent)| *percent >= 100.0 * SHARE_MIN)
+    most_often(constraints).filter(|(_, percent)| *percent >= PERCENT_MIN)
 }
 
-/// The links that collide most often as the robot stands with its feet where they are, lower and
-/// to the sides, and the share of such postures in which they do, in percent; `None` where none do.
+/// The links that collide most often, and in which share of the postures of [`percents`]; `None`
+/// where none do.
 pub(crate) fn most_often(constraints: &Constraints) -> Option<(String, f64)> {
-    let robot = &constraints.robot;
+    let Constraints { robot, collision, .. } = constraints;
+    let named = percents(robot, collision).into_iter().map(|([a, b], percent)| {
+        let hit = Hit::SelfPair { a, b };
+        (collision.describe(hit), percent)
+    });
+    named.max_by(|a, b| a.1.total_cmp(&b.1).then_with(|| a.0.cmp(&b.0)))
+}
+
+/// The pairs of links that collide as the robot stands with its feet where they are, lower and to
+/// the sides, and the share of such postures in which they do, in percent.
+pub(crate) fn percents(robot: &Mechanism, collision: &CollisionModel) -> BTreeMap<[usize; 2], f64> {
     let soles = [0, 1].map(|limb| robot.legs[limb].root_from_sole(&robot.standing_q));
     let [left, right] = soles.map(|sole| sole.translation);
     let (aside, middle) = (0.5 * (left - right), 0.5 * (left + right));
     let mut count = 0.0;
-    let mut hits: BTreeMap<String, f64> = BTreeMap::new();
+    let mut hits: BTreeMap<[usize; 2], f64> = BTreeMap::new();
     for (lowered, shift) in LOWERED.into_iter().flat_map(|z| SHIFTS.map(|shift| (z, shift))) {
         let away = DVec3::new(shift * aside.x, shift * aside.y, lowered * middle.z);
         let mut configuration =
@@ -37,13 +49,12 @@ pub(crate) fn most_often(constraints: &Constraints) -> Option<(String, f64)> {
             continue;
         }
         count += 1.0;
-        let state = KinematicState::new(robot, &configuration);
-        if let Some(hit) = constraints.collision.self_hit(&state) {
-            *hits.entry(constraints.collision.describe(hit)).or_default() += 1.0;
+        for pair in collision.self_hits(&KinematicState::new(robot, &configuration)) {
+            *hits.entry(pair).or_default() += 1.0;
         }
     }
-    let (links, most) = hits.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some((links, 100.0 * most / count))
+    hits.values_mut().for_each(|hits| *hits *= 100.0 / count);
+    hits
 }
 
 #[cfg(test)]

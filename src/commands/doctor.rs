@@ -7,7 +7,7 @@ mod round_trip;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-use surefoot_controller_sim::Checker;
+use surefoot_controller_sim::{Checker, HollowSole};
 use surefoot_planner::Planner;
 use surefoot_shared_types::robot::load::impossible_inertias;
 use surefoot_shared_types::robot::model::RobotModel;
@@ -19,6 +19,11 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::instance::create_own_instance;
 use crate::system::size::mib;
 use crate::system::{cores, terminal};
+
+/// Soles of which less than this share can carry are useless, percent.
+const CARRYING_MIN: f64 = 10.0;
+/// Soles of which this share can carry are good, percent.
+const CARRYING_GOOD_MIN: f64 = 90.0;
 
 /// Runs the command.
 ///
@@ -95,9 +100,25 @@ fn collision_pairs(inputs: &Inputs) -> Vec<Finding> {
     });
     let idle = checker.idle_overlaps().iter();
     let idle = idle.map(|line| Finding::advice(format!("robot: {line}; remove it")));
-    let hollow = checker.hollow_soles();
-    let facts = overlaps.cloned().chain(hollow);
-    facts.map(|line| Finding::good(format!("robot: {line}"))).chain(unshaped).chain(idle).collect()
+    let overlaps = overlaps.map(|line| Finding::good(format!("robot: {line}")));
+    let hollow = checker.hollow_soles().map(|sole| hollow_sole(&sole));
+    overlaps.chain(hollow).chain(unshaped).chain(idle).collect()
+}
+
+/// What a sole that its foot does not fill means for walks: the planner trusts the declared sole.
+fn hollow_sole(sole: &HollowSole) -> Finding {
+    if sole.percent_carrying < CARRYING_MIN {
+        return Finding::missing(format!(
+            "robot: {sole}: the controller refuses walks on it; declare a smaller sole where the foot \
+             is flat ('surefoot robot add' finds soles), or correct the shapes of the foot"
+        ));
+    }
+    if sole.percent_carrying < CARRYING_GOOD_MIN {
+        return Finding::advice(format!(
+            "robot: {sole}: the controller refuses walks that lean on the rest; declare a smaller sole"
+        ));
+    }
+    Finding::good(format!("robot: {sole}"))
 }
 
 /// The links whose inertias no body has, in one line; nothing if there are none.

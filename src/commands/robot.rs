@@ -2,6 +2,7 @@
 
 mod add;
 mod add_summary;
+mod exact_links;
 mod inspect;
 mod inspect_text;
 mod made_folder;

@@ -37,9 +37,10 @@ use crate::kinematics::trajectory;
 use crate::statics::contact_load::{ContactLoad, least_squares_load, moving_load};
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
 use crate::statics::error::CheckerError;
+use crate::statics::hollow_sole::HollowSole;
 use crate::statics::inverse_dynamics::InverseDynamics;
 use crate::statics::sole_support::{SoleSupport, SupportFinder};
-use crate::statics::underside::check_soles;
+use crate::statics::underside::{Underside, check_soles};
 
 /// The support of each stance foot by the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -167,15 +168,16 @@ impl Checker {
         self.model.links.iter().filter(unshaped).map(named)
     }
 
-    /// The soles that do not lie on their feet everywhere, one line each.
-    pub fn hollow_soles(&self) -> impl Iterator<Item = String> {
+    /// The soles that do not lie on their feet everywhere.
+    pub fn hollow_soles(&self) -> impl Iterator<Item = HollowSole> {
         let feet = self.model.feet.iter().zip(self.supports.undersides());
         feet.filter(|(_, underside)| underside.share_on_foot < 1.0).map(|(foot, underside)| {
-            let percent = (100.0 * underside.share_on_foot).floor();
-            format!(
-                "{percent} % of the {} sole lie on the foot; the rest carries nothing",
-                foot.name
-            )
+            let Underside { share_on_foot, share_carrying, .. } = underside;
+            HollowSole {
+                foot: foot.name.clone(),
+                percent_on_foot: 100.0 * share_on_foot,
+                percent_carrying: 100.0 * share_carrying,
+            }
         })
     }
 

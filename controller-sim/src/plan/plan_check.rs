@@ -194,7 +194,7 @@ fn fitted(
     notes.extend(checker.unshaped_links().map(|link| {
         format!("not checked for collisions: link {link} has mass and no collision shape")
     }));
-    notes.extend(checker.hollow_soles());
+    notes.extend(checker.hollow_soles().map(|sole| sole.to_string()));
     checker.excuse_none_clear_in(&parsed.waypoints[0]);
     let checker = with_stops_of(plan, parsed.is_smooth, checker, notes);
     notes.extend(checker.allowed_overlaps().iter().chain(checker.idle_overlaps()).cloned());

@@ -4,6 +4,7 @@ pub(crate) mod contact_load;
 pub(crate) mod convex_program;
 pub(crate) mod equilibrium;
 pub(crate) mod error;
+pub(crate) mod hollow_sole;
 pub(crate) mod inverse_dynamics;
 pub(crate) mod joint_torques;
 pub(crate) mod least_squares;
@@ -15,3 +16,4 @@ pub(crate) mod underside;
 
 pub use contact_load::{ContactLoad, FootLoad};
 pub use error::CheckerError;
+pub use hollow_sole::HollowSole;

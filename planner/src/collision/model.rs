@@ -3,6 +3,9 @@
 //! Shapes are compiled once. Queries use f64, allocate no memory and may run on several threads at
 //! once. A doubtful case counts as a hit: see [`narrow_phase`](crate::geometry::narrow_phase).
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
+
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_distance;
@@ -193,15 +196,39 @@ impl CollisionModel {
 
     /// The first hit of the robot with itself.
     pub fn self_hit(&self, kinematic_state: &KinematicState) -> Option<Hit> {
+        let pair = self
+            .pairs
+            .find_near(kinematic_state.centers(), |pair| self.is_self_hit(pair, kinematic_state))?;
+        let [a, b] = self.links_of(pair);
+        Some(Hit::SelfPair { a, b })
+    }
+
+    /// All pairs of links that do not keep their clearance from each other, the smaller index
+    /// first. Allocates memory: not for searches.
+    pub fn self_hits(&self, kinematic_state: &KinematicState) -> BTreeSet<[usize; 2]> {
+        let found = RefCell::new(BTreeSet::new());
+        self.pairs.find_near(kinematic_state.centers(), |pair| {
+            if self.is_self_hit(pair, kinematic_state) {
+                found.borrow_mut().insert(self.links_of(pair));
+            }
+            false
+        });
+        found.into_inner()
+    }
+
+    fn is_self_hit(&self, pair: &BodyPair, kinematic_state: &KinematicState) -> bool {
         let frames = kinematic_state.root_from_nodes();
         let placed = |index: u32| {
             let body = &self.bodies[index as usize];
             (body, &frames[body.node])
         };
-        let is_hit = |pair: &BodyPair| pair.is_hit(placed(pair.a), placed(pair.b));
-        let pair = self.pairs.find_near(kinematic_state.centers(), is_hit)?;
+        pair.is_hit(placed(pair.a), placed(pair.b))
+    }
+
+    /// The links of two bodies, the smaller index first.
+    fn links_of(&self, pair: &BodyPair) -> [usize; 2] {
         let [a, b] = [pair.a, pair.b].map(|index| self.bodies[index as usize].link);
-        Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })
+        [a.min(b), a.max(b)]
     }
 
     /// Adds a keep-out zone where a sole had no contact: no sole may stand with its origin over

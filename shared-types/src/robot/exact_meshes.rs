@@ -15,7 +15,7 @@ use crate::robot::model::{Link, LinkIndex, LinkShape, RobotModel, joints_between
 const NEIGHBOURS_MAX: usize = 1;
 /// Most triangles of an exact mesh. A link with more keeps its hull, because each distance to it
 /// would take too long.
-const TRIANGLES_MAX: usize = 3_000;
+pub const TRIANGLES_MAX: usize = 3_000;
 /// Margin of the bounding boxes of shapes, m; above any rounding error.
 const SLACK: f64 = 1e-6;
 
@@ -133,7 +133,8 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> OverlapTest<F> {
     }
 }
 
-fn triangles_of(link: &Link) -> usize {
+/// The triangles of a link's exact meshes.
+pub fn triangles_of(link: &Link) -> usize {
     let triangles = |part: &LinkShape| {
         if let Shape::Mesh { triangles, .. } = &part.shape { triangles.len() } else { 0 }
     };

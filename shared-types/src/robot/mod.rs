@@ -1,7 +1,7 @@
 //! Robots: URDF and robot file, and the validated model.
 
 pub(crate) mod element;
-pub(crate) mod exact_meshes;
+pub mod exact_meshes;
 pub(crate) mod feet;
 pub(crate) mod joints;
 pub(crate) mod links;

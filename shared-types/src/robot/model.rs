@@ -222,7 +222,7 @@ impl RobotModel {
     }
 
     /// The pose of every link in the root frame at the joint positions `q`.
-    pub(crate) fn root_from_links(&self, q: &[f64]) -> Vec<Pose> {
+    pub fn root_from_links(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.links.len());
         for link in &self.links {
             poses.push(link.parent.as_ref().map_or(Pose::IDENTITY, |at| {

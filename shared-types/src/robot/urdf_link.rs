@@ -194,7 +194,7 @@ fn read_inertial<'a, 'input>(
         return;
     };
     const MOMENTS: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
-    element.check_attributes(inertia, &MOMENTS);
+    check_inertia_attributes(element, inertia, MOMENTS);
     let moments = MOMENTS.map(|moment| element.required::<1>(inertia, moment).map(|[it]| it));
     if let [Some(ixx), Some(ixy), Some(ixz), Some(iyy), Some(iyz), Some(izz)] = moments {
         link.inertia = DMat3::from_cols(
@@ -207,6 +207,25 @@ fn read_inertial<'a, 'input>(
             link.inertia = DMat3::ZERO;
         }
         if let Err(message) = check_inertia(link.mass, &link.inertia) {
+            element.input_error(inertia, message);
+        }
+    }
+}
+
+/// Complains of attributes that are no moments. Those below the diagonal are allowed where they
+/// repeat the ones above.
+fn check_inertia_attributes<'a, 'input>(
+    element: &mut Element<'a, 'input>,
+    inertia: Node<'a, 'input>,
+    moments: [&str; 6],
+) {
+    const MIRRORED: [[&str; 2]; 3] = [["iyx", "ixy"], ["izx", "ixz"], ["izy", "iyz"]];
+    let known: Vec<&str> = moments.into_iter().chain(MIRRORED.map(|[below, _]| below)).collect();
+    element.check_attributes(inertia, &known);
+    for [below, above] in MIRRORED {
+        let value = |name: &str| inertia.attribute(name).map(|it| it.trim().parse::<f64>().ok());
+        if value(below).is_some_and(|it| it.is_none() || Some(it) != value(above)) {
+            let message = format!("{below} of its <inertia> differs from {above}");
             element.input_error(inertia, message);
         }
     }

@@ -76,6 +76,8 @@ pub struct RobotDraft {
     pub locked: Vec<Noted<f64>>,
     /// Links whose looks stand for their shapes.
     pub visual_shapes: Vec<Noted<()>>,
+    /// Links that keep their meshes, since their hulls collide too often; empty in a first draft.
+    pub exact_meshes: Vec<Noted<()>>,
     /// Links whose missing mesh files are passed over.
     pub missing_meshes: Vec<Noted<()>>,
     /// Absolute paths of packages that the user states, by name.
@@ -169,6 +171,7 @@ impl DraftParts<'_> {
             posture: self.posture(&standing, &neutral, &legs),
             locked: self.locked(&neutral),
             visual_shapes: self.visual_shapes(&legs),
+            exact_meshes: Vec::new(),
             missing_meshes: self.missing_meshes(),
             packages: urdf.package_folders.clone(),
             estimates: DraftEstimates {

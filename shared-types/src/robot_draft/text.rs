@@ -30,6 +30,7 @@ pub fn robot_file(draft: &RobotDraft, folder: &Path) -> String {
     }
     push_links(&mut text, "visual_shapes", &draft.visual_shapes);
     push_links(&mut text, "missing_meshes", &draft.missing_meshes);
+    push_exact_meshes(&mut text, &draft.exact_meshes);
     draft.feet.iter().for_each(|foot| push_foot(&mut text, foot));
     push_packages(&mut text, draft, folder);
     let comments = [
@@ -59,6 +60,19 @@ fn push_links(text: &mut String, list: &str, links: &[Noted<()>]) {
     let Some(first) = links.first() else { return };
     let names: Vec<String> = links.iter().map(|link| quoted(&link.name)).collect();
     let _ = writeln!(text, "{list} = [{}]    # {}", names.join(", "), first.source);
+}
+
+fn push_exact_meshes(text: &mut String, links: &[Noted<()>]) {
+    if links.is_empty() {
+        return;
+    }
+    text.push_str(
+        "# Links that keep their meshes; others become convex hulls.\nexact_meshes = [\n",
+    );
+    for link in links {
+        let _ = writeln!(text, "  {},    # {}", quoted(&link.name), one_line(&link.source));
+    }
+    text.push_str("]\n");
 }
 
 fn push_packages(text: &mut String, draft: &RobotDraft, folder: &Path) {

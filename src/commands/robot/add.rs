@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::base::text_file::folder_of;
-use surefoot_shared_types::robot::load::robot_from_text;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::robot_draft::text::{ROBOT_FILE, robot_file};
 use surefoot_shared_types::robot_draft::{DraftOptions, RobotDraft};
 
 use crate::cli::robot_arguments::{Package, RobotAddArguments};
 use crate::commands::robot::add_summary::summary;
+use crate::commands::robot::exact_links::with_exact_links;
 use crate::commands::robot::made_folder::MadeFolder;
 use crate::commands::robot::trial::{self, Trial};
 use crate::input::output_files::write_text;
@@ -72,8 +72,8 @@ fn try_bend(
     let packages = packages.collect();
     let options = DraftOptions { feet, knee_bend, skip_missing_meshes, packages };
     let draft = RobotDraft::from_urdf(&arguments.urdf, &options)?;
+    let (draft, model) = with_exact_links(draft, path)?;
     let text = robot_file(&draft, &folder_of(path));
-    let model = robot_from_text(text.clone(), path)?;
     signals::set_activity(Activity::Other);
     CommandError::unless_interrupted()?;
     let trial = trial::run(&model, arguments.quiet)?;

@@ -42,6 +42,7 @@ pub(crate) fn summary(
     ));
     lines.extend(locked_lines(&draft.locked));
     lines.extend(estimate_lines(draft));
+    lines.extend(exact_lines(&draft.exact_meshes));
     lines.extend(missing_line(&draft.missing_meshes));
     lines.extend(bare_links(model));
     lines.push(format!("  trial      {}", trial.line()));
@@ -110,6 +111,11 @@ fn estimate_lines(draft: &RobotDraft) -> Vec<String> {
         .collect()
 }
 
+/// The links that keep their meshes, by the reason.
+fn exact_lines(links: &[Noted<()>]) -> impl Iterator<Item = String> {
+    links.iter().map(|link| format!("  exact mesh {}: {}", link.name, link.source))
+}
+
 /// Links whose mesh files are missing.
 fn missing_line(links: &[Noted<()>]) -> Option<String> {
     let names: Vec<&str> = links.iter().map(|link| link.name.as_str()).collect();
@@ -134,7 +140,7 @@ fn bare_links(model: &RobotModel) -> Option<String> {
 fn colliding_line(trial: &Trial) -> Option<String> {
     let (links, percent) = trial.colliding.as_ref()?;
     Some(format!(
-        "  advice     as the robot bends its knees and shifts its weight, {links} in {percent:.0} % of its postures: few walks can be found; exact_meshes, or simpler shapes in the URDF, may part them"
+        "  advice     as the robot bends its knees and shifts its weight, {links} in {percent:.0} % of its postures: few walks can be found; simpler shapes in the URDF may part them"
     ))
 }
 
