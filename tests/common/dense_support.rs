@@ -1,6 +1,8 @@
 //! The support of a flat rigid sole on boxes and meshes, computed on a dense grid: a reference for
 //! the checker's that shares nothing with it.
 
+use std::f64::consts::FRAC_PI_4;
+
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{Pose, Shape};
@@ -22,7 +24,7 @@ const DIRECTIONS: usize = 240;
 
 /// A place under a sole.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Sample {
     at: DVec2,
     height: f64,
     carries: bool,
@@ -70,7 +72,7 @@ impl DenseGround {
         let sole_from_world = world_from_sole.inverse();
         let up = sole_from_world.rotation * DVec3::Z;
         let slope_cos = 1.0 / (1.0 + world.mu * world.mu).sqrt();
-        let tilt_cos = 5f64.to_radians().cos();
+        let tilt_cos = libm::cos(5f64.to_radians());
         let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min) - reach - 2e-3;
         let high = outline.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max) + reach + 2e-3;
         let cells = ((high - low) / SPACING).ceil();
@@ -145,13 +147,13 @@ impl DenseGround {
 
     /// Places on the grid within the outline and along it, with the ground lowered to the lowest
     /// within `shift` (m).
-    fn places(&self, shift: f64) -> Vec<Place> {
+    fn places(&self, shift: f64) -> Vec<Sample> {
         let sides = || self.outline.iter().zip(self.outline.iter().cycle().skip(1));
         let is_inside = |at: DVec2| sides().all(|(a, b)| (*b - *a).perp_dot(at - *a) >= 0.0);
         let steps = (shift / SPACING).floor() as i32;
         let near: Vec<(i32, i32)> = (-steps..=steps)
             .flat_map(|x| (-steps..=steps).map(move |y| (x, y)))
-            .filter(|&(x, y)| f64::from(x).hypot(f64::from(y)) * SPACING <= shift + 1e-12)
+            .filter(|&(x, y)| DVec2::new(x.into(), y.into()).length() * SPACING <= shift + 1e-12)
             .collect();
         let mut found = Vec::new();
         for column in 0..self.columns {
@@ -173,7 +175,7 @@ impl DenseGround {
                         (column as i32 + x) as usize * self.rows + (row as i32 + y) as usize;
                     carries |= self.carries[index];
                 }
-                found.push(Place { at, height, carries });
+                found.push(Sample { at, height, carries });
             }
         }
         for (a, b) in sides() {
@@ -183,15 +185,15 @@ impl DenseGround {
                 let (mut height, mut carries) = self.exact(at);
                 for k in 0..8 {
                     carries |=
-                        self.exact(at + SPACING * DVec2::from_angle(f64::from(k) * 0.7854)).1;
+                        self.exact(at + SPACING * DVec2::from_angle(f64::from(k) * FRAC_PI_4)).1;
                 }
                 if shift > 0.0 {
                     for k in 0..24 {
-                        let aside = at + shift * DVec2::from_angle(f64::from(k) * 0.2618);
+                        let aside = at + shift * DVec2::from_angle(f64::from(k) * FRAC_PI_4 / 3.0);
                         height = height.min(self.exact(aside).0);
                     }
                 }
-                found.push(Place { at, height, carries });
+                found.push(Sample { at, height, carries });
             }
         }
         found
@@ -216,17 +218,17 @@ fn direction(k: usize) -> DVec2 {
 }
 
 impl DenseRegion {
-    fn of(places: Vec<Place>, height: f64) -> Self {
+    fn of(places: Vec<Sample>, height: f64) -> Self {
         let top = places.iter().map(|place| place.height).fold(f64::NEG_INFINITY, f64::max);
-        let touching: Vec<Place> =
+        let touching: Vec<Sample> =
             places.into_iter().filter(|place| place.height >= top - TOUCH_GAP).collect();
         let touching = prominent(touching);
         let tilted = |along: DVec2, side_tilt: f64| {
-            let raised = |place: &Place| Place {
+            let raised = |place: &Sample| Sample {
                 height: place.height + side_tilt * along.perp().dot(place.at),
                 ..*place
             };
-            let places: Vec<Place> = touching.iter().map(raised).collect();
+            let places: Vec<Sample> = touching.iter().map(raised).collect();
             reach(&places, along, height) - height * side_tilt.abs()
         };
         let farthest = |along: DVec2| {
@@ -253,17 +255,17 @@ impl DenseRegion {
 }
 
 /// Leaves out places that lie under the line between two others of their column or row.
-fn prominent(mut places: Vec<Place>) -> Vec<Place> {
+fn prominent(mut places: Vec<Sample>) -> Vec<Sample> {
     for axis in [0, 1] {
         places.sort_by(|p, q| {
             let (p, q) = (p.at.to_array(), q.at.to_array());
             p[axis].total_cmp(&q[axis]).then(p[1 - axis].total_cmp(&q[1 - axis]))
         });
-        let mut kept: Vec<Place> = Vec::new();
+        let mut kept: Vec<Sample> = Vec::new();
         let mut first = 0;
         for place in places {
-            let line = |p: &Place| p.at.to_array()[axis];
-            let along = |p: &Place| p.at.to_array()[1 - axis];
+            let line = |p: &Sample| p.at.to_array()[axis];
+            let along = |p: &Sample| p.at.to_array()[1 - axis];
             if kept.last().is_some_and(|last| line(last) != line(&place)) {
                 first = kept.len();
             }
@@ -284,7 +286,7 @@ fn prominent(mut places: Vec<Place>) -> Vec<Place> {
 
 /// How far along a direction a centre of mass may be, over all tilts: the foot goes from each
 /// place that it stands on to the next one.
-fn reach(places: &[Place], along: DVec2, height: f64) -> f64 {
+fn reach(places: &[Sample], along: DVec2, height: f64) -> f64 {
     let mut profile: Vec<(f64, f64, bool)> =
         places.iter().map(|place| (along.dot(place.at), place.height, place.carries)).collect();
     profile.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));

@@ -88,11 +88,11 @@ impl<'a> NearGround<'a> {
             return 0.0;
         }
         let along = aside.dot(ground.gradient) / slope;
-        let room = self.grid.reach().powi(2) - aside.length_squared();
-        if room <= 0.0 {
+        let left = self.grid.reach().powi(2) - aside.length_squared();
+        if left <= 0.0 {
             return 0.0;
         }
-        let way = -along + (along * along + room).sqrt();
+        let way = -along + (along * along + left).sqrt();
         slope * way.min(0.5 * FINE_SAMPLE_SPACING)
     }
 }
