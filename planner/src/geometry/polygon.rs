@@ -29,7 +29,7 @@ impl ClipBuffer {
 }
 
 /// The outward unit normals of a convex polygon's sides with their offsets.
-pub(crate) fn outward_sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, f64)> + '_ {
+pub(crate) fn outward_sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, f64)> + Clone + '_ {
     edges(polygon).filter(|(a, b)| a.distance_squared(*b) > 0.0).map(|(a, b)| {
         let normal = -inward_normal(a, b);
         (normal, normal.dot(a))
@@ -127,7 +127,7 @@ pub(crate) fn clip_to_sides(buffer: &mut ClipBuffer, sides: &[HalfPlane], inset:
 }
 
 /// The sides of a polygon, as pairs of vertices.
-pub(crate) fn edges(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
+pub(crate) fn edges(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + Clone + '_ {
     (0..polygon.len()).map(|i| (polygon[i], polygon[(i + 1) % polygon.len()]))
 }
 

@@ -11,15 +11,15 @@ use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
 
-use crate::geometry::polygon::outward_sides;
+use crate::geometry::polygon::{edges, outward_sides};
 use crate::timing::contact_rates::ContactProblem;
 use crate::timing::force_exchange::friction_excess;
 use crate::timing::support::{FootSupport, FootWrench};
 use crate::timing::tuning::{FRICTION_ALONG_AXIS, MOMENT_ARM, TORQUE_TOLERANCE};
 
-/// Most bounds: by foot those of the sole's sides, its pressure, friction and twist, and two by
-/// joint.
-const BOUNDS_MAX: usize = 2 * (2 * POLYGON_VERTICES_MAX + 7) + 2 * JOINTS_MAX;
+/// Most bounds: by foot those of the sole's sides, its pressure, friction and twist, two by corner
+/// of the sole, and two by joint.
+const BOUNDS_MAX: usize = 2 * (6 * POLYGON_VERTICES_MAX + 7) + 2 * JOINTS_MAX;
 /// How often all bounds are gone through, at most.
 const ROUNDS_MAX: usize = 150;
 /// A bound that is exceeded by less, as a share of the load, holds.
@@ -27,6 +27,8 @@ const EXCEEDED_MIN: f64 = 1e-5;
 
 /// Distance (m) of the centre of pressure of all the load beyond a sole that counts as none.
 const BEYOND_MIN: f64 = 2e-4;
+/// Arm (m) at which all the load would exert a moment about a corner that counts as none.
+const TURN_MIN: f64 = 2e-3;
 
 /// A bound on the wrench of the first foot: `force . f + moment . m <= most`, with its moment in
 /// units of [`MOMENT_ARM`].
@@ -72,7 +74,9 @@ pub(crate) fn relieve_legs(
     let pair = FootPair::new(feet, wrenches);
     let load = problem.leg_load(rate, &wrenches).max(friction_excess(feet, &wrenches));
     let beyond = [0, 1].map(|at| moment_beyond(feet[at], wrenches[at]));
-    let is_held = beyond[0].max(beyond[1]) <= BEYOND_MIN * pair.force.length();
+    let turned = [0, 1].map(|at| turn_beyond(feet[at], wrenches[at]));
+    let is_held = beyond[0].max(beyond[1]) <= BEYOND_MIN * pair.force.length()
+        && turned[0].max(turned[1]) <= TURN_MIN * pair.force.length();
     if load <= 1.0 + TORQUE_TOLERANCE && is_held {
         return given;
     }
@@ -112,6 +116,16 @@ fn moment_beyond(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
         outward.y * moment.x - outward.x * moment.y - offset * press
     };
     outward_sides(&foot.polygon).map(beyond).fold(0.0, f64::max)
+}
+
+/// The largest moment of a wrench about a corner of a sole beyond those that its friction exerts,
+/// N m.
+fn turn_beyond(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
+    let mut most = 0.0_f64;
+    turn_bounds(foot, &mut |by_force, by_moment| {
+        most = most.max(by_force.dot(force) + by_moment.dot(moment));
+    });
+    most
 }
 
 /// A wrench of the first foot within the bounds, or near them where there is none.
@@ -205,12 +219,34 @@ fn sole_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
     for (outward, offset) in outward_sides(&foot.polygon) {
         add(-offset * normal, foot.axes * DVec3::new(outward.y, -outward.x, 0.0));
     }
+    turn_bounds(foot, add);
     add(-normal, DVec3::ZERO);
+}
+
+/// The bounds of the moment about each corner of a sole: friction exerts at most as much as the
+/// pressure at its distance from the two sides there. On a rectangle these are the bounds that
+/// forces at the corners have (Caron, Pham, Nakamura 2015: "Stability of surface contacts").
+fn turn_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
+    let tangent = foot.friction * FRICTION_ALONG_AXIS;
+    let normal = foot.axes.z_axis;
+    let sides = outward_sides(&foot.polygon);
+    let next = outward_sides(&foot.polygon).cycle().skip(1);
+    let corners = edges(&foot.polygon).filter(|(a, b)| a.distance_squared(*b) > 0.0);
+    for (((_, corner), a), b) in corners.zip(sides).zip(next) {
+        let (outward, offset) = (a.0 + b.0, a.1 + b.1);
+        let held_force = tangent * offset * normal;
+        let held_moment = tangent * (foot.axes * DVec3::new(outward.y, -outward.x, 0.0));
+        let about_corner = foot.axes * DVec3::new(corner.y, -corner.x, 0.0);
+        for sign in [1.0, -1.0] {
+            add(sign * about_corner - held_force, sign * normal + held_moment);
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::random::{Random, Stream};
     use crate::timing::support::example_feet::{about_origin, tilted_foot};
 
     fn sole_excess(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
@@ -237,6 +273,54 @@ mod tests {
         assert!(-found[0].1.y <= 36.01 && found[1].0.z > 50.0, "{found:?}");
         for (foot, wrench) in feet.into_iter().zip(found) {
             assert!(sole_excess(foot, wrench) < 0.1, "{found:?}");
+        }
+        let [before, after] = [shared, found].map(|wrenches| about_origin(feet, wrenches));
+        assert!(before.0.distance(after.0) + before.1.distance(after.1) < 1e-9);
+    }
+
+    /// The wrench of forces at the corners of a sole, each within the friction along both axes.
+    fn wrench_of_corners(foot: &FootSupport, random: &mut Random) -> FootWrench {
+        let tangent = foot.friction * FRICTION_ALONG_AXIS;
+        let mut sum = (DVec3::ZERO, DVec3::ZERO);
+        for corner in &foot.polygon {
+            let press = random.uniform(0.0, 300.0);
+            let [x, y] = [(); 2].map(|()| random.uniform(-tangent, tangent) * press);
+            let force = foot.axes * DVec3::new(x, y, press);
+            sum.0 += force;
+            sum.1 += (foot.axes * corner.extend(0.0)).cross(force);
+        }
+        sum
+    }
+
+    #[test]
+    fn forces_at_the_corners_are_within_the_bounds_about_them() {
+        let foot = tilted_foot(0, 0.1, 0.2);
+        let mut random = Random::new(1, Stream::Preparation, 0, 0);
+        for _ in 0..200 {
+            let wrench = wrench_of_corners(&foot, &mut random);
+            assert!(turn_beyond(&foot, wrench) < 1e-9, "{wrench:?}");
+            let turned = (wrench.0, wrench.1 + 200.0 * foot.axes.z_axis);
+            assert!(turn_beyond(&foot, turned) > 1.0, "no friction holds 200 N m");
+        }
+    }
+
+    #[test]
+    fn soles_that_bear_their_load_near_a_corner_turn_the_robot_by_opposite_forces() {
+        // 25 N m about each foot, whose 450 N lie 1 cm from a corner: its friction holds 4 N m.
+        let feet = [&tilted_foot(0, 0.15, 0.0), &tilted_foot(1, -0.15, 0.0)];
+        let force = 450.0 * DVec3::Z;
+        let moment = DVec3::new(-0.09, 0.045, 0.0).cross(force) + 25.0 * DVec3::Z;
+        let shared = [(force, moment); 2];
+        assert!(feet.iter().all(|foot| turn_beyond(foot, (force, moment)) > 15.0));
+        let pair = FootPair::new(feet, shared);
+        let mut bounds = vec![];
+        for (at, foot) in feet.into_iter().enumerate() {
+            sole_bounds(foot, &mut |force, moment| bounds.push(pair.bound(at, force, moment, 0.0)));
+        }
+        let found = pair.wrenches(within(&bounds, pair.first(shared), 1e-3));
+        assert!(found[0].0.x < -100.0 && found[1].0.x > 100.0, "{found:?}");
+        for (foot, wrench) in feet.into_iter().zip(found) {
+            assert!(sole_excess(foot, wrench) < 0.5, "{found:?}");
         }
         let [before, after] = [shared, found].map(|wrenches| about_origin(feet, wrenches));
         assert!(before.0.distance(after.0) + before.1.distance(after.1) < 1e-9);
