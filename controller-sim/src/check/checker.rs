@@ -40,7 +40,7 @@ use crate::statics::error::CheckerError;
 use crate::statics::hollow_sole::HollowSole;
 use crate::statics::inverse_dynamics::InverseDynamics;
 use crate::statics::sole_support::{SoleSupport, SupportFinder};
-use crate::statics::underside::{Underside, check_soles};
+use crate::statics::underside::check_soles;
 
 /// The support of each stance foot by the world.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,13 +171,11 @@ impl Checker {
     /// The soles that do not lie on their feet everywhere.
     pub fn hollow_soles(&self) -> impl Iterator<Item = HollowSole> {
         let feet = self.model.feet.iter().zip(self.supports.undersides());
-        feet.filter(|(_, underside)| underside.share_on_foot < 1.0).map(|(foot, underside)| {
-            let Underside { share_on_foot, share_carrying, .. } = underside;
-            HollowSole {
-                foot: foot.name.clone(),
-                percent_on_foot: 100.0 * share_on_foot,
-                percent_carrying: 100.0 * share_carrying,
-            }
+        let hollow = feet.filter(|(_, underside)| underside.share_on_foot < 1.0);
+        hollow.map(|(foot, underside)| HollowSole {
+            foot: foot.name.clone(),
+            percent_on_foot: 100.0 * underside.share_on_foot,
+            percent_carrying: 100.0 * underside.share_carrying(),
         })
     }
 

@@ -146,19 +146,20 @@ impl Reach {
             let sideways = *side_tilt * direction.perp();
             let air = |sample: &AirSample| sample.air - sideways.dot(sample.at);
             let air: Vec<f64> = touching.iter().map(air).collect();
-            best.or_tilted((touching, &air, &along), height, side_tilt.abs())
+            best.or_tilted((touching, &air, &along), last, height, side_tilt.abs())
         })
     }
 
     /// This one, or one that is farther: that of a foot with this `air` (m) under some points, as
-    /// far `along` the direction (m). It is tilted sideways by `side_tilt` (rad).
+    /// far `along` the direction (m), the `last` one farthest. It is tilted sideways by `side_tilt`
+    /// (rad).
     fn or_tilted(
         mut self,
         (touching, air, along): (&[AirSample], &[f64], &[f64]),
+        last: f64,
         height: f64,
         side_tilt: f64,
     ) -> Self {
-        let last = along.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         for step in 0..=REST_TILTS {
             let tilt = REST_TILT_MIN.max(REST_TILT_STEP * f64::from(step));
             let moved = height * (tilt + side_tilt);

@@ -39,8 +39,6 @@ pub(crate) struct Underside {
     pub(crate) edges: Vec<SolePoint>,
     /// The share of the sole that lies on the foot; the rest carries nothing.
     pub(crate) share_on_foot: f64,
-    /// The share of the sole that lies between its parts on the foot, where it can carry.
-    pub(crate) share_carrying: f64,
     shapes: Vec<Target>,
     /// How far from the sole the ground is measured, m.
     reach: f64,
@@ -90,22 +88,16 @@ impl Underside {
         let share_on_foot = on_foot as f64 / coarse.len().max(1) as f64;
         coarse.retain(is_foot);
         let edges = edge_points(&outline, SAMPLE_SPACING);
-        let edges: Vec<SolePoint> = edges.into_iter().map(point).filter(is_foot).collect();
-        let carrying = coarse.iter().chain(&edges).filter(|point| point.height == 0.0);
-        let carrying = polygon::hull(&carrying.map(|point| point.at).collect::<Vec<_>>());
-        let share_carrying = polygon::area(&carrying) / polygon::area(&outline);
+        let edges = edges.into_iter().map(point).filter(is_foot).collect();
         let (fine, neighbours) = (OnceCell::new(), OnceCell::new());
-        Ok(Self {
-            outline,
-            coarse,
-            edges,
-            share_on_foot,
-            share_carrying,
-            shapes,
-            reach,
-            fine,
-            neighbours,
-        })
+        Ok(Self { outline, coarse, edges, share_on_foot, shapes, reach, fine, neighbours })
+    }
+
+    /// The share of the sole that lies between its parts on the foot, where it can carry.
+    pub(crate) fn share_carrying(&self) -> f64 {
+        let on_foot = self.coarse.iter().chain(&self.edges).filter(|point| point.height == 0.0);
+        let between = polygon::hull(&on_foot.map(|point| point.at).collect::<Vec<_>>());
+        polygon::area(&between) / polygon::area(&self.outline)
     }
 
     /// The greatest distance by which the foot reaches below its sole, m; not above 0 where it does

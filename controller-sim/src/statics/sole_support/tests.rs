@@ -8,6 +8,7 @@ use surefoot_shared_types::world::world::WorldShape;
 use super::*;
 use crate::check_robot::{at, box_of, contact, randoms, robot, world};
 use crate::kinematics::forward::Posture;
+use crate::statics::tuning::{FINE_SAMPLE_SPACING, STEEP_GROUND_MIN};
 
 /// Distance by which the foot may be beside its pose in the standard configuration, m.
 fn shift_max() -> f64 {
@@ -241,12 +242,15 @@ fn the_most_air_is_that_of_all_places_that_the_foot_may_miss() {
             let most = near.iter().map(|other| other.air).fold(sample.air, f64::max);
             assert!(sample.most_air >= most - 1e-5, "{} {most}", sample.most_air);
             if sample.most_air.is_finite() {
-                // Between the grid's last point and the end of the reach a slope goes on.
-                // The ground beside the sole counts as well.
-                let slope = here.most_air;
-                let around = grid.within(sample.point.at).map(|index| all[index].air);
-                let most = around.fold(most, f64::max);
-                assert!(sample.most_air <= most.max(slope) + 5e-5, "{} {most}", sample.most_air);
+                // Between the grid's last point and the end of the reach a slope goes on, by half a
+                // cell. The ground beside the sole counts as well.
+                let deepest = |other: &RaySample| {
+                    let slope = Some(other.gradient.length()).filter(|it| *it < STEEP_GROUND_MIN);
+                    other.air + 0.5 * FINE_SAMPLE_SPACING * slope.unwrap_or(0.0)
+                };
+                let around = grid.within(sample.point.at).map(|index| deepest(&all[index]));
+                let most = around.fold(most.max(here.most_air), f64::max);
+                assert!(sample.most_air <= most + 1e-9, "{} {most}", sample.most_air);
             }
             let may_carry = here.is_carrying || near.iter().any(|other| other.is_carrying);
             assert!(!sample.is_carrying || may_carry && sample.air.is_finite());
