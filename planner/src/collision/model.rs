@@ -3,7 +3,6 @@
 //! Shapes are compiled once. Queries use f64, allocate no memory and may run on several threads at
 //! once. A doubtful case counts as a hit: see [`narrow_phase`](crate::geometry::narrow_phase).
 
-use std::cell::RefCell;
 use std::collections::BTreeSet;
 
 use glam::{DMat3, DVec3};
@@ -206,14 +205,14 @@ impl CollisionModel {
     /// All pairs of links that do not keep their clearance from each other, the smaller index
     /// first. Allocates memory: not for searches.
     pub fn self_hits(&self, kinematic_state: &KinematicState) -> BTreeSet<[usize; 2]> {
-        let found = RefCell::new(BTreeSet::new());
+        let mut found = BTreeSet::new();
         self.pairs.find_near(kinematic_state.centers(), |pair| {
             if self.is_self_hit(pair, kinematic_state) {
-                found.borrow_mut().insert(self.links_of(pair));
+                found.insert(self.links_of(pair));
             }
             false
         });
-        found.into_inner()
+        found
     }
 
     fn is_self_hit(&self, pair: &BodyPair, kinematic_state: &KinematicState) -> bool {

@@ -111,7 +111,7 @@ impl SelfPairs {
     pub(crate) fn find_near(
         &self,
         centers: &Centers,
-        accept: impl Fn(&BodyPair) -> bool,
+        mut accept: impl FnMut(&BodyPair) -> bool,
     ) -> Option<&BodyPair> {
         // The comparison of blocks reads sign bits, which are meaningless for NaN.
         let is_finite = centers.are_finite();

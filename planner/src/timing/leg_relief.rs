@@ -2,10 +2,10 @@
 //!
 //! Two feet that share a load with one offset of their centres of pressure leave five of the six
 //! numbers of a foot's wrench unused. Where a leg would exert more than its limit, or a sole a
-//! moment that its pressure does not, the wrench of the first foot is projected onto one bound
-//! after the other: the torques of both legs, friction, and the supported parts of both soles. That
-//! leads to wrenches within all bounds where there are any, and changes continuously with where it
-//! begins.
+//! moment that its pressure or its friction does not, the wrench of the first foot is projected
+//! onto one bound after the other: the torques of both legs, friction, and the supported parts of
+//! both soles. That leads to wrenches within all bounds where there are any, and changes
+//! continuously with where it begins.
 
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
@@ -73,10 +73,11 @@ pub(crate) fn relieve_legs(
     let wrenches = [0, 1].map(|at| moved(at, given[at], 1.0));
     let pair = FootPair::new(feet, wrenches);
     let load = problem.leg_load(rate, &wrenches).max(friction_excess(feet, &wrenches));
-    let beyond = [0, 1].map(|at| moment_beyond(feet[at], wrenches[at]));
-    let turned = [0, 1].map(|at| turn_beyond(feet[at], wrenches[at]));
-    let is_held = beyond[0].max(beyond[1]) <= BEYOND_MIN * pair.force.length()
-        && turned[0].max(turned[1]) <= TURN_MIN * pair.force.length();
+    let is_held = [0, 1].into_iter().all(|at| {
+        let beyond = |bounds: SoleBounds| moment_beyond(bounds, feet[at], wrenches[at]);
+        beyond(side_bounds) <= BEYOND_MIN * pair.force.length()
+            && beyond(turn_bounds) <= TURN_MIN * pair.force.length()
+    });
     if load <= 1.0 + TORQUE_TOLERANCE && is_held {
         return given;
     }
@@ -107,22 +108,14 @@ fn all_bounds(
     bounds
 }
 
-/// The largest moment of a wrench beyond those that the pressure on a sole exerts, N m: of a foot
-/// without load any moment is.
-fn moment_beyond(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
-    let axes = foot.axes.transpose();
-    let (press, moment) = ((axes * force).z, axes * moment);
-    let beyond = |(outward, offset): (DVec2, f64)| {
-        outward.y * moment.x - outward.x * moment.y - offset * press
-    };
-    outward_sides(&foot.polygon).map(beyond).fold(0.0, f64::max)
-}
+/// Calls back with the forces and moments of bounds `force . f + moment . m <= 0` on the wrench of
+/// a foot.
+type SoleBounds = fn(&FootSupport, &mut dyn FnMut(DVec3, DVec3));
 
-/// The largest moment of a wrench about a corner of a sole beyond those that its friction exerts,
-/// N m.
-fn turn_beyond(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
+/// The largest moment of a wrench beyond some bounds of a sole, N m.
+fn moment_beyond(bounds: SoleBounds, foot: &FootSupport, (force, moment): FootWrench) -> f64 {
     let mut most = 0.0_f64;
-    turn_bounds(foot, &mut |by_force, by_moment| {
+    bounds(foot, &mut |by_force, by_moment| {
         most = most.max(by_force.dot(force) + by_moment.dot(moment));
     });
     most
@@ -216,11 +209,17 @@ fn sole_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
     for sign in [1.0, -1.0] {
         add(-twist * normal, sign * normal);
     }
-    for (outward, offset) in outward_sides(&foot.polygon) {
-        add(-offset * normal, foot.axes * DVec3::new(outward.y, -outward.x, 0.0));
-    }
+    side_bounds(foot, add);
     turn_bounds(foot, add);
     add(-normal, DVec3::ZERO);
+}
+
+/// The bounds of the moment that the pressure on a sole exerts: of a foot without load any moment
+/// is beyond them.
+fn side_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
+    for (outward, offset) in outward_sides(&foot.polygon) {
+        add(-offset * foot.axes.z_axis, foot.axes * DVec3::new(outward.y, -outward.x, 0.0));
+    }
 }
 
 /// The bounds of the moment about each corner of a sole: friction exerts at most as much as the
@@ -249,12 +248,8 @@ mod tests {
     use crate::base::random::{Random, Stream};
     use crate::timing::support::example_feet::{about_origin, tilted_foot};
 
-    fn sole_excess(foot: &FootSupport, (force, moment): FootWrench) -> f64 {
-        let mut most = 0.0_f64;
-        sole_bounds(foot, &mut |by_force, by_moment| {
-            most = most.max(by_force.dot(force) + by_moment.dot(moment));
-        });
-        most
+    fn sole_excess(foot: &FootSupport, wrench: FootWrench) -> f64 {
+        moment_beyond(sole_bounds, foot, wrench)
     }
 
     #[test]
@@ -269,7 +264,8 @@ mod tests {
             sole_bounds(foot, &mut |force, moment| bounds.push(pair.bound(at, force, moment, 0.0)));
         }
         let found = pair.wrenches(within(&bounds, pair.first(shared), 1e-3));
-        assert_eq!(feet.map(|foot| moment_beyond(foot, (DVec3::ZERO, DVec3::X))), [1.0; 2]);
+        let without_load = |foot| moment_beyond(side_bounds, foot, (DVec3::ZERO, DVec3::X));
+        assert_eq!(feet.map(without_load), [1.0; 2]);
         assert!(-found[0].1.y <= 36.01 && found[1].0.z > 50.0, "{found:?}");
         for (foot, wrench) in feet.into_iter().zip(found) {
             assert!(sole_excess(foot, wrench) < 0.1, "{found:?}");
@@ -298,9 +294,9 @@ mod tests {
         let mut random = Random::new(1, Stream::Preparation, 0, 0);
         for _ in 0..200 {
             let wrench = wrench_of_corners(&foot, &mut random);
-            assert!(turn_beyond(&foot, wrench) < 1e-9, "{wrench:?}");
+            assert!(moment_beyond(turn_bounds, &foot, wrench) < 1e-9, "{wrench:?}");
             let turned = (wrench.0, wrench.1 + 200.0 * foot.axes.z_axis);
-            assert!(turn_beyond(&foot, turned) > 1.0, "no friction holds 200 N m");
+            assert!(moment_beyond(turn_bounds, &foot, turned) > 1.0, "no friction holds 200 N m");
         }
     }
 
@@ -311,7 +307,7 @@ mod tests {
         let force = 450.0 * DVec3::Z;
         let moment = DVec3::new(-0.09, 0.045, 0.0).cross(force) + 25.0 * DVec3::Z;
         let shared = [(force, moment); 2];
-        assert!(feet.iter().all(|foot| turn_beyond(foot, (force, moment)) > 15.0));
+        assert!(feet.iter().all(|foot| moment_beyond(turn_bounds, foot, (force, moment)) > 15.0));
         let pair = FootPair::new(feet, shared);
         let mut bounds = vec![];
         for (at, foot) in feet.into_iter().enumerate() {

@@ -140,7 +140,8 @@ fn bare_links(model: &RobotModel) -> Option<String> {
 fn colliding_line(trial: &Trial) -> Option<String> {
     let (links, percent) = trial.colliding.as_ref()?;
     Some(format!(
-        "  advice     as the robot bends its knees and shifts its weight, {links} in {percent:.0} % of its postures: few walks can be found; simpler shapes in the URDF may part them"
+        "  advice     as the robot bends its knees and shifts its weight, {links} in {percent:.0} \
+         % of its postures: few walks can be found; simpler shapes in the URDF may part them"
     ))
 }
 

@@ -167,11 +167,13 @@ fn notes(model: &RobotModel, pair: [LinkIndex; 2], tried: &Tried, percent: f64) 
     let after = tried.percent;
     let reason = if both {
         format!(
-            "chosen: as it bends its knees and shifts its weight, the hulls of '{a}' and '{b}' collide in {percent:.0} % of its postures, the meshes in {after:.0} %"
+            "chosen: as it bends its knees and shifts its weight, the hulls of '{a}' and '{b}' \
+             collide in {percent:.0} % of its postures, the meshes in {after:.0} %"
         )
     } else {
         format!(
-            "chosen: as it bends its knees and shifts its weight, its hull collides with '{other}' in {percent:.0} % of its postures, the mesh in {after:.0} %"
+            "chosen: as it bends its knees and shifts its weight, its hull collides with \
+             '{other}' in {percent:.0} % of its postures, the mesh in {after:.0} %"
         )
     };
     let note = |link: LinkIndex| {
