@@ -4,26 +4,24 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 #![allow(clippy::print_stdout, reason = "the comparison is printed")]
 
+#[path = "common/measured_sole.rs"]
+mod measured_sole;
+
 use std::path::{Path, PathBuf};
 
-use bytemuck::Zeroable;
 use glam::{DVec2, DVec3};
+use measured_sole::{foot_shift, measured, placements};
 use surefoot_controller_sim::Checker;
 use surefoot_planner::base::random::{Random, Stream};
-use surefoot_planner::foot_placement::{
-    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SoleShape, SupportedSole, Surfaces,
-    propose,
-};
+use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::planner::CONTACT_TILT_MAX;
 use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
 use surefoot_shared_types::geometry::shape::Shape;
-use surefoot_shared_types::message::{Contact, Waypoint};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
@@ -49,55 +47,18 @@ fn hubo() -> RobotModel {
 
 /// The support that the planner relies on.
 fn placement_config(model: &RobotModel) -> FootPlacementConfig {
-    let limits = CheckerConfig::default();
-    let reach = model.feet[0].polygon.iter().map(|corner| corner.length()).fold(0.0, f64::max);
     FootPlacementConfig {
         centre_height: Mechanism::new(model, &PlannerConfig::default()).unwrap().centre_height,
-        foot_shift: limits.foot_position_max + limits.foot_rotation_max * reach,
+        foot_shift: foot_shift(model),
         is_secured: true,
         ..FootPlacementConfig::default()
     }
 }
 
-/// The placements of a sole near a point of the ground, the nearest ones.
-fn placements(surfaces: &Surfaces, sole: &[DVec2], ideal: Pose, index: u64) -> Vec<SupportedSole> {
-    let query = PlacementQuery {
-        sole: SoleShape::flat(sole),
-        ideal,
-        reach_xy: 0.2,
-        reach_z: [-0.3, 0.3],
-        yaw_spread: 0.5,
-        seed: 1,
-        object: index,
-        attempt: 0,
-        limits: SampleLimits { geometric_max: 20, perturbed_max: 0, sampled_max: 0 },
-        is_free: &|_| true,
-    };
-    let mut found = Vec::new();
-    propose(surfaces, &mut Scratch::new(surfaces.config()), &query, &mut |placement| {
-        found.push(placement);
-        found.len() < 4
-    });
-    found
+/// The checker's support of a left sole, in world x and y.
+fn region(checker: &mut Checker, model: &RobotModel, world_from_sole: &Pose) -> ConvexRegion {
+    ConvexRegion::hull(measured(checker, model, world_from_sole).into_iter().map(DVec3::truncate))
 }
-
-/// The checker's support of a left sole, in world x and y, under a robot that stands on it.
-fn measured(checker: &mut Checker, model: &RobotModel, world_from_sole: &Pose) -> ConvexRegion {
-    let contact = Contact {
-        position: world_from_sole.translation.to_array(),
-        rotation: world_from_sole.rotation.to_array(),
-        ..Contact::zeroed()
-    };
-    let mut q = [0.0; JOINTS_MAX];
-    q[..model.joints.len()].copy_from_slice(&model.standing_q);
-    let above = Pose::from_translation(world_from_sole.translation + DVec3::Z * ROOT_HEIGHT);
-    let supports = checker.sole_supports(&[contact], &[Waypoint::at_rest(0.0, &above, &q)]);
-    ConvexRegion::hull(supports.corners().map(DVec3::truncate))
-}
-
-/// Height of a standing robot's root over its soles, m: a little more than that of the highest
-/// shipped robot.
-const ROOT_HEIGHT: f64 = 0.9;
 
 /// The most by which a corner of the planner's support lies beyond the checker's (m), over
 /// placements of a sole on a shipped world between two corners of a box.
@@ -113,8 +74,8 @@ fn beyond(world: &str, [low, high]: [DVec3; 2]) -> f64 {
         let at = DVec3::from_array([0, 1, 2].map(|axis| random.uniform(low[axis], high[axis])));
         let heading = rotation_about(DVec3::Z, random.uniform(-3.0, 3.0));
         index += 1;
-        for found in placements(&surfaces, sole, Pose::from_parts(at, heading), index) {
-            let region = measured(&mut checker, &model, &found.world_from_sole);
+        for found in placements(&surfaces, sole, (Pose::from_parts(at, heading), index), 4) {
+            let region = region(&mut checker, &model, &found.world_from_sole);
             for corner in &found.support.polygon {
                 let corner = found.world_from_sole * corner.extend(0.0);
                 worst = worst.max(-region.margin(corner.truncate()));
@@ -209,7 +170,7 @@ impl Agreement {
         };
         let surfaces = Surfaces::new(&world, config).unwrap();
         let mut checker = Checker::new(model.clone(), world, CheckerConfig::default()).unwrap();
-        let measured = measured(&mut checker, model, world_from_sole);
+        let measured = region(&mut checker, model, world_from_sole);
         let mut scratch = Scratch::new(surfaces.config());
         let found = surfaces.support(&mut scratch, &model.feet[0].polygon, world_from_sole);
         let Ok(support) = found else {

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use chunk_stream::plan;
-use delivery::{TestInstance, accept_all, deliver, linger, receive};
+use delivery::{TestInstance, accept_all, chunk_publisher, deliver, linger, receive};
 use surefoot_controller_sim::channel::Refusal;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
 use surefoot_planner::channel::plan_publisher::PlanPublisher;
@@ -236,8 +236,7 @@ fn damaged_chunks_are_dropped_and_counted_and_the_walk_goes_on() {
     let header_bits = (0..8 * std::mem::offset_of!(PlanChunk, contacts)).step_by(5);
     let body_bits =
         (8 * std::mem::offset_of!(PlanChunk, contacts)..8 * size_of::<PlanChunk>()).step_by(4001);
-    let participant = Participant::open(&instance).unwrap();
-    let publisher = participant.chunks.publisher_builder().create().unwrap();
+    let (participant, publisher) = chunk_publisher(&instance);
     for bit in header_bits.chain(body_bits) {
         let id = random_id();
         fs::remove_file(instance.root().join("robot")).unwrap_or_default();

@@ -18,9 +18,9 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use chunk_stream::plan;
-use delivery::{TestInstance, accept_all, deliver, receive_after, wait_for};
+use delivery::{TestInstance, accept_all, chunk_publisher, deliver, receive_after, wait_for};
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::prelude::ipc;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
@@ -60,16 +60,6 @@ fn a_process_that_forges_damaged_chunks_holds_up_no_delivery() {
     assert_eq!(seen, (0..100).collect::<Vec<_>>());
     assert!(stats.other_senders > 20 && stats.accepted == 100, "{stats:?}");
     test_instance.close();
-}
-
-/// A participant, and a publisher of chunks that is not the planner's.
-fn chunk_publisher(instance: &Instance) -> (Participant, Publisher<ipc::Service, PlanChunk, ()>) {
-    let participant = Participant::open(instance).unwrap();
-    let making = participant.making().unwrap();
-    let builder = participant.chunks.publisher_builder();
-    let publisher = builder.backpressure_strategy(BackpressureStrategy::DiscardData).create();
-    drop(making);
-    (participant, publisher.unwrap())
 }
 
 /// What a forger makes of a chunk of the planner: the next one, of another motion; the same one,
@@ -146,8 +136,7 @@ fn chunks_that_the_planner_did_not_send_are_dropped_whatever_they_contain() {
 fn a_flood_of_dropped_chunks_delays_no_heartbeat() {
     let (test_instance, chunk) = (TestInstance::new(), plan(1)[0]);
     let (instance, beside) = (test_instance.attach(), test_instance.attach());
-    let participant = Participant::open(&beside).unwrap();
-    let publisher = participant.chunks.publisher_builder().create().unwrap();
+    let (participant, publisher) = chunk_publisher(&beside);
     let mut subscriber = PlanSubscriber::open(&instance, random_id()).unwrap();
     let mut check_chunk = |_: &PlanChunk, _: &mut dyn FnMut()| panic!("none is for it");
     let sent = AtomicUsize::new(0);
@@ -322,8 +311,7 @@ fn a_flood_of_forged_feedback_delays_no_delivery() {
 fn another_publisher_does_not_hide_that_the_planner_left() {
     let (test_instance, chunks) = (TestInstance::new(), plan(5));
     let beside = test_instance.attach();
-    let participant = Participant::open(&beside).unwrap();
-    let publisher = participant.chunks.publisher_builder().create().unwrap();
+    let (participant, publisher) = chunk_publisher(&beside);
     let (ended, lingered) = std::thread::scope(|scope| {
         let (to, from) = (test_instance.attach(), test_instance.attach());
         let controller = scope.spawn(move || {

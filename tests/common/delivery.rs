@@ -4,10 +4,13 @@ use std::fs;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use surefoot_controller_sim::channel::ReceiverStats;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{Margins, PlanChunk};
 
@@ -113,4 +116,16 @@ pub fn receive_after(
     drop(check_chunk);
     linger(&mut subscriber);
     (ended, seen, subscriber.stats())
+}
+
+/// A participant, and a publisher of chunks that is not the planner's.
+pub fn chunk_publisher(
+    instance: &Instance,
+) -> (Participant, Publisher<ipc::Service, PlanChunk, ()>) {
+    let participant = Participant::open(instance).unwrap();
+    let making = participant.making().unwrap();
+    let builder = participant.chunks.publisher_builder();
+    let publisher = builder.backpressure_strategy(BackpressureStrategy::DiscardData).create();
+    drop(making);
+    (participant, publisher.unwrap())
 }

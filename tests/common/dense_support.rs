@@ -1,7 +1,7 @@
 //! The support of a flat rigid sole on boxes and meshes, computed on a dense grid: a reference for
 //! the checker's that shares nothing with it.
 
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::world::world::World;
@@ -22,6 +22,19 @@ const SIDE_TILTS: [f64; 9] = [0.0, 1.25e-4, -1.25e-4, 2.5e-4, -2.5e-4, 5e-4, -5e
 /// Directions of tilt.
 const DIRECTIONS: usize = 240;
 
+/// The height of the ground over the sole plane, m, and whether it can carry.
+type Ground = (f64, bool);
+
+/// A void.
+const NO_GROUND: Ground = (f64::NEG_INFINITY, false);
+
+/// The higher one of two, the second one only where it is ground of the sole; of two as high one
+/// that carries.
+fn higher(best: Ground, other: Ground) -> Ground {
+    let is_higher = other.0 > best.0 + 1e-12 || other.0 > best.0 - 1e-12 && other.1;
+    if other.0 <= HIGH && is_higher { (other.0.max(best.0), other.1) } else { best }
+}
+
 /// A place under a sole.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
@@ -35,8 +48,7 @@ pub struct DenseGround {
     low: DVec2,
     columns: usize,
     rows: usize,
-    heights: Vec<f64>,
-    carries: Vec<bool>,
+    cells: Vec<Ground>,
     outline: Vec<DVec2>,
     triangles: Vec<([DVec3; 3], bool)>,
 }
@@ -77,13 +89,11 @@ impl DenseGround {
         let high = outline.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max) + reach + 2e-3;
         let cells = ((high - low) / SPACING).ceil();
         let (columns, rows) = (cells.x as usize + 1, cells.y as usize + 1);
-        let count = columns * rows;
         let mut ground = Self {
             low,
             columns,
             rows,
-            heights: vec![f64::NEG_INFINITY; count],
-            carries: vec![false; count],
+            cells: vec![NO_GROUND; columns * rows],
             outline: outline.to_vec(),
             triangles: Vec::new(),
         };
@@ -125,78 +135,80 @@ impl DenseGround {
             for row in from.y as usize..=(to.y.max(0.0) as usize).min(self.rows - 1) {
                 let Some(height) = height_on(&[a, b, c], self.at(column, row)) else { continue };
                 let cell = column * self.rows + row;
-                let is_higher = height > self.heights[cell] + 1e-12;
-                if height <= HIGH && (is_higher || height > self.heights[cell] - 1e-12 && carries) {
-                    self.heights[cell] = height.max(self.heights[cell]);
-                    self.carries[cell] = carries;
-                }
+                self.cells[cell] = higher(self.cells[cell], (height, carries));
             }
         }
     }
 
-    fn exact(&self, at: DVec2) -> (f64, bool) {
-        let mut best = (f64::NEG_INFINITY, false);
+    fn exact(&self, at: DVec2) -> Ground {
+        let mut best = NO_GROUND;
         for (triangle, carries) in &self.triangles {
             let Some(height) = height_on(triangle, at) else { continue };
-            if height <= HIGH && (height > best.0 + 1e-12 || height > best.0 - 1e-12 && *carries) {
-                best = (height.max(best.0), *carries);
-            }
+            best = higher(best, (height, *carries));
         }
         best
+    }
+
+    fn sides(&self) -> impl Iterator<Item = (DVec2, DVec2)> {
+        self.outline.iter().copied().zip(self.outline.iter().copied().cycle().skip(1))
     }
 
     /// Places on the grid within the outline and along it, with the ground lowered to the lowest
     /// within `shift` (m).
     fn places(&self, shift: f64) -> Vec<Sample> {
-        let sides = || self.outline.iter().zip(self.outline.iter().cycle().skip(1));
-        let is_inside = |at: DVec2| sides().all(|(a, b)| (*b - *a).perp_dot(at - *a) >= 0.0);
-        let steps = (shift / SPACING).floor() as i32;
-        let near: Vec<(i32, i32)> = (-steps..=steps)
-            .flat_map(|x| (-steps..=steps).map(move |y| (x, y)))
-            .filter(|&(x, y)| DVec2::new(x.into(), y.into()).length() * SPACING <= shift + 1e-12)
-            .collect();
-        let mut found = Vec::new();
-        for column in 0..self.columns {
-            for row in 0..self.rows {
-                let at = self.at(column, row);
-                if !is_inside(at) {
-                    continue;
-                }
-                let mut height = f64::INFINITY;
-                let mut carries = false;
-                for &(x, y) in &near {
-                    let index =
-                        (column as i32 + x) as usize * self.rows + (row as i32 + y) as usize;
-                    height = height.min(self.heights[index]);
-                }
-                // A foot touches a peak from its gentle side.
-                for (x, y) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
-                    let index =
-                        (column as i32 + x) as usize * self.rows + (row as i32 + y) as usize;
-                    carries |= self.carries[index];
-                }
-                found.push(Sample { at, height, carries });
-            }
-        }
-        for (a, b) in sides() {
-            let pieces = (a.distance(*b) / SPACING).ceil() as usize;
-            for piece in 0..pieces {
-                let at = a.lerp(*b, piece as f64 / pieces as f64);
-                let (mut height, mut carries) = self.exact(at);
-                for k in 0..8 {
-                    carries |=
-                        self.exact(at + SPACING * DVec2::from_angle(f64::from(k) * FRAC_PI_4)).1;
-                }
-                if shift > 0.0 {
-                    for k in 0..24 {
-                        let aside = at + shift * DVec2::from_angle(f64::from(k) * FRAC_PI_4 / 3.0);
-                        height = height.min(self.exact(aside).0);
-                    }
-                }
-                found.push(Sample { at, height, carries });
-            }
-        }
+        let mut found = self.places_on_grid(shift);
+        found.extend(self.places_on_outline(shift));
         found
+    }
+
+    fn places_on_grid(&self, shift: f64) -> Vec<Sample> {
+        let is_inside = |at: DVec2| self.sides().all(|(a, b)| (b - a).perp_dot(at - a) >= 0.0);
+        let steps =
+            |reach: i32| (-reach..=reach).flat_map(move |x| (-reach..=reach).map(move |y| (x, y)));
+        let is_near = |&(x, y): &(i32, i32)| {
+            DVec2::new(x.into(), y.into()).length() * SPACING <= shift + 1e-12
+        };
+        let near: Vec<(i32, i32)> =
+            steps((shift / SPACING).floor() as i32).filter(is_near).collect();
+        let all = (0..self.columns).flat_map(|column| (0..self.rows).map(move |row| (column, row)));
+        let inside = all.filter(|&(column, row)| is_inside(self.at(column, row)));
+        let sample = |(column, row): (usize, usize)| {
+            let beside = |(x, y): (i32, i32)| {
+                let (column, row) = (column as i32 + x, row as i32 + y);
+                self.cells[column as usize * self.rows + row as usize]
+            };
+            let heights = near.iter().map(|step| beside(*step).0);
+            // A foot touches a peak from its gentle side.
+            let carries = steps(1).any(|step| beside(step).1);
+            Sample {
+                at: self.at(column, row),
+                height: heights.fold(f64::INFINITY, f64::min),
+                carries,
+            }
+        };
+        inside.map(sample).collect()
+    }
+
+    fn places_on_outline(&self, shift: f64) -> Vec<Sample> {
+        let places = self.sides().flat_map(|(a, b)| {
+            let pieces = (a.distance(b) / SPACING).ceil() as usize;
+            (0..pieces).map(move |piece| a.lerp(b, piece as f64 / pieces as f64))
+        });
+        let around = |at: DVec2, radius: f64, count: u32| {
+            let step = TAU / f64::from(count);
+            (0..count)
+                .map(move |k| self.exact(at + radius * DVec2::from_angle(f64::from(k) * step)))
+        };
+        let sample = |at: DVec2| {
+            let (height, carries) = self.exact(at);
+            let lowered = around(at, shift, 24).map(|ground| ground.0);
+            Sample {
+                at,
+                height: lowered.fold(height, f64::min),
+                carries: carries || around(at, SPACING, 8).any(|ground| ground.1),
+            }
+        };
+        places.map(sample).collect()
     }
 
     /// The part that holds a centre of mass at `height`: where the foot is, and where it finds all
@@ -214,7 +226,7 @@ pub struct DenseRegion {
 }
 
 fn direction(k: usize) -> DVec2 {
-    DVec2::from_angle(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64)
+    DVec2::from_angle(TAU * k as f64 / DIRECTIONS as f64)
 }
 
 impl DenseRegion {
