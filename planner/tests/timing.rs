@@ -22,7 +22,7 @@ use surefoot_planner::robot::inverse_dynamics::{
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::timing::limit::{BindingTimes, Limit};
-use surefoot_planner::timing::limits::TimingLimits;
+use surefoot_planner::timing::limits::{Level, TimingLimits};
 use surefoot_planner::timing::load_sharing::LoadSchedule;
 use surefoot_planner::timing::path_point::{Path, PathPoint, PathSpan};
 use surefoot_planner::timing::path_timing::PathTiming;
@@ -363,6 +363,22 @@ fn on_uneven_ground_feet_come_down_slowly() {
     for (standing, landing) in [(uneven, even), (even, uneven), (even, rough)] {
         let hardest = on(standing, landing);
         assert!(hardest < 1.3, "{standing:?}, {landing:?}: {hardest}");
+    }
+}
+
+#[test]
+fn on_steep_ground_the_friction_that_the_controller_counts_on_carries() {
+    // Up to 29.0 degrees: atan(0.6 cos(pi / 8)).
+    for (degrees, carries) in [(20.0_f64, true), (28.0, true), (30.0, false)] {
+        let mut walk = smooth_walk(&hubo(), 2, 0.12);
+        for contact in walk.spans.iter_mut().flat_map(|span| &mut span.contacts) {
+            contact.rotation = DQuat::from_rotation_y(-degrees.to_radians()).to_array();
+        }
+        let mut timing = timing_of(&hubo(), &walk);
+        walk.begin(&mut timing);
+        let slow = timing.nodes().filter(|(node, _)| node.level == Level::Unsupported).count();
+        let all = timing.nodes().count();
+        assert_eq!((slow == 0, slow == all), (carries, !carries), "{degrees}: {slow} of {all}");
     }
 }
 

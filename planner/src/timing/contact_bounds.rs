@@ -12,7 +12,6 @@ use crate::timing::limit::Limit;
 use crate::timing::path_dynamics::{Affine, PathDynamics};
 use crate::timing::rate_set::RateSet;
 use crate::timing::support::{FootSupport, Support};
-use crate::timing::tuning::FRICTION_ALONG_AXIS;
 
 /// Largest distance (m) of a sole's centre from the plane of another one in that plane.
 const PLANE_DISTANCE_MAX: f64 = 1e-7;
@@ -31,12 +30,12 @@ pub(crate) fn clip(dynamics: &PathDynamics, support: &Support, rates: &mut RateS
         let beyond = [(about_x, normal.y), (about_y, -normal.x), (press, -offset)];
         clip_by(rates, beyond, Limit::CentreOfPressure);
     }
-    for (across, axis) in [(across_x, first.axes.x_axis), (across_y, first.axes.y_axis)] {
-        let limit = support.feet.iter().map(|foot| friction_along(foot, axis)).fold(0.0, f64::max);
-        for sign in [1.0, -1.0] {
-            let beyond = [(across, sign), (press, -limit), (press, 0.0)];
-            clip_by(rates, beyond, Limit::Friction);
-        }
+    for (normal, _) in first.friction.sides() {
+        let direction = first.axes * normal.extend(0.0);
+        let limits = support.feet.iter().map(|foot| friction_along(foot, direction));
+        let limit = limits.fold(0.0, f64::max);
+        let beyond = [(across_x, normal.x), (across_y, normal.y), (press, -limit)];
+        clip_by(rates, beyond, Limit::Friction);
     }
 }
 
@@ -75,6 +74,5 @@ fn pressure_sides(
 
 /// The largest part of the normal force along a direction in the plane of a sole.
 fn friction_along(foot: &FootSupport, direction: DVec3) -> f64 {
-    let tangent = foot.friction * FRICTION_ALONG_AXIS;
-    tangent * (direction.dot(foot.axes.x_axis).abs() + direction.dot(foot.axes.y_axis).abs())
+    foot.friction.along((foot.axes.transpose() * direction).truncate())
 }

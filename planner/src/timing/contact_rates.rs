@@ -7,11 +7,12 @@
 
 use glam::{DVec2, DVec3};
 use heapless::Vec as BoundedVec;
-use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
 use surefoot_shared_types::world::world::GRAVITY;
 
 use crate::timing::border::Border;
 use crate::timing::contact_bounds;
+use crate::timing::friction_pyramid::EDGES_MAX;
 use crate::timing::limit::Limit;
 use crate::timing::linear_program::{LinearProgram, NoOptimum};
 use crate::timing::load_sharing::splits;
@@ -24,7 +25,7 @@ use crate::timing::tuning::{DIRECTIONS_MAX, MOMENT_ARM, TORQUE_ROUNDS_MAX, TORQU
 /// The variables before those of the contacts: `x`, and `u` as a difference of two.
 const RATES: usize = 3;
 /// Most variables of the contacts.
-const GENERATORS_MAX: usize = 128;
+const GENERATORS_MAX: usize = 2 * EDGES_MAX * POLYGON_VERTICES_MAX;
 /// Part of the weight up to which a foot counts as unloaded.
 const UNLOADED: f64 = 1e-9;
 /// Weight of a low speed against a high acceleration by which the accelerations from rest are
@@ -345,6 +346,7 @@ mod tests {
     use super::*;
     use crate::base::random::{Random, Stream};
     use crate::robot::inverse_dynamics::{GeneralizedForce, LinkFrames};
+    use crate::timing::friction_pyramid::FrictionPyramid;
     use crate::timing::support::FootSupport;
 
     fn foot(corners: &[(f64, f64)]) -> FootSupport {
@@ -354,7 +356,7 @@ mod tests {
             polygon: corners.iter().copied().map(DVec2::from).collect(),
             twist_arm: 0.1,
             axes: glam::DMat3::from_rotation_x(0.1),
-            friction: 0.6,
+            friction: FrictionPyramid::with_four_sides(0.6),
         }
     }
 

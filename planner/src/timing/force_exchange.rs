@@ -28,7 +28,7 @@ pub(crate) fn friction_excess(feet: [&FootSupport; 2], wrenches: &[FootWrench; 2
     let weight = (wrenches[0].0 + wrenches[1].0).length();
     let excess = |(foot, (force, _)): (&FootSupport, &FootWrench)| {
         let press = normal(foot).dot(*force).max(1e-9 * weight);
-        along_sole(foot, *force).length() / (foot.friction * press)
+        along_sole(foot, *force).length() / (foot.friction.coefficient * press)
     };
     feet.into_iter().zip(wrenches).map(excess).fold(0.0, f64::max)
 }

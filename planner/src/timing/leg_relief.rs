@@ -14,12 +14,13 @@ use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
 use crate::geometry::polygon::{edges, outward_sides};
 use crate::timing::contact_rates::ContactProblem;
 use crate::timing::force_exchange::friction_excess;
+use crate::timing::friction_pyramid::EDGES_MAX;
 use crate::timing::support::{FootSupport, FootWrench};
-use crate::timing::tuning::{FRICTION_ALONG_AXIS, MOMENT_ARM, TORQUE_TOLERANCE};
+use crate::timing::tuning::{MOMENT_ARM, TORQUE_TOLERANCE};
 
 /// Most bounds: by foot those of the sole's sides, its pressure, friction and twist, two by corner
 /// of the sole, and two by joint.
-const BOUNDS_MAX: usize = 2 * (6 * POLYGON_VERTICES_MAX + 7) + 2 * JOINTS_MAX;
+const BOUNDS_MAX: usize = 2 * (6 * POLYGON_VERTICES_MAX + EDGES_MAX + 3) + 2 * JOINTS_MAX;
 /// How often all bounds are gone through, at most.
 const ROUNDS_MAX: usize = 150;
 /// A bound that is exceeded by less, as a share of the load, holds.
@@ -200,11 +201,10 @@ fn leg_bounds(
 
 /// The bounds of a sole, which hold for any part of a wrench within them.
 fn sole_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
-    let [x, y, normal] = [foot.axes.x_axis, foot.axes.y_axis, foot.axes.z_axis];
-    let tangent = foot.friction * FRICTION_ALONG_AXIS;
-    let twist = foot.friction * foot.twist_arm;
-    for (along, sign) in [(x, 1.0), (x, -1.0), (y, 1.0), (y, -1.0)] {
-        add(sign * along - tangent * normal, DVec3::ZERO);
+    let normal = foot.axes.z_axis;
+    let twist = foot.friction.coefficient * foot.twist_arm;
+    for (outward, offset) in foot.friction.sides() {
+        add(foot.axes * outward.extend(-offset), DVec3::ZERO);
     }
     for sign in [1.0, -1.0] {
         add(-twist * normal, sign * normal);
@@ -226,7 +226,7 @@ fn side_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
 /// pressure at its distance from the two sides there. On a rectangle these are the bounds that
 /// forces at the corners have (Caron, Pham, Nakamura 2015: "Stability of surface contacts").
 fn turn_bounds(foot: &FootSupport, add: &mut dyn FnMut(DVec3, DVec3)) {
-    let tangent = foot.friction * FRICTION_ALONG_AXIS;
+    let tangent = foot.friction.along_axes();
     let normal = foot.axes.z_axis;
     let sides = outward_sides(&foot.polygon);
     let next = outward_sides(&foot.polygon).cycle().skip(1);
@@ -276,7 +276,7 @@ mod tests {
 
     /// The wrench of forces at the corners of a sole, each within the friction along both axes.
     fn wrench_of_corners(foot: &FootSupport, random: &mut Random) -> FootWrench {
-        let tangent = foot.friction * FRICTION_ALONG_AXIS;
+        let tangent = foot.friction.along_axes();
         let mut sum = (DVec3::ZERO, DVec3::ZERO);
         for corner in &foot.polygon {
             let press = random.uniform(0.0, 300.0);

@@ -1,13 +1,15 @@
 //! The limits of a motion: joint speeds, accelerations and efforts, friction, and how far the
 //! centre of pressure stays inside a sole.
 
+use glam::{DMat3, DVec3};
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::{CheckerConfig, ExecutionConfig};
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
+use crate::timing::friction_pyramid::FrictionPyramid;
 use crate::timing::tuning::{
-    CHECKED_EFFORT_PART, COP_MARGIN_INCLINED, COP_MARGIN_MIN, COP_WIDTH_SHARE, INTERVAL_MAX,
-    RELAXED_COP_MARGINS, STEP_SHARE,
+    CHECKED_EFFORT_PART, COP_MARGIN_INCLINED, COP_MARGIN_MIN, COP_WIDTH_SHARE, INCLINED_COSINE,
+    INTERVAL_MAX, RELAXED_COP_MARGINS, STEP_SHARE,
 };
 
 /// Limits of a robot's joints in a timed plan. Unused joints have infinite limits.
@@ -95,6 +97,9 @@ pub enum Level {
     Inclined,
     /// The centre of pressure 1.5 cm and 12 % of the sole's width inside.
     Full,
+    /// On inclined soles: the same, with all of the friction that the controller counts on. This
+    /// and the next levels count on it.
+    Steep,
     /// The centre of pressure 1 cm inside.
     NarrowSole,
     /// The centre of pressure 4 mm inside, and the whole effort of every joint.
@@ -105,19 +110,23 @@ pub enum Level {
 
 impl Level {
     /// The levels at which contact forces are known, the strictest first.
-    pub const ALL: [Self; 4] = [Self::Inclined, Self::Full, Self::NarrowSole, Self::Bare];
+    pub const ALL: [Self; 5] =
+        [Self::Inclined, Self::Full, Self::Steep, Self::NarrowSole, Self::Bare];
+    /// Those of level soles.
+    const OF_LEVEL_SOLES: [Self; 3] = [Self::Full, Self::NarrowSole, Self::Bare];
 
     /// The levels at which contact forces are known, the strictest first, for soles of which one is
     /// inclined or all are level.
     pub fn levels(is_inclined: bool) -> &'static [Self] {
-        if is_inclined { &Self::ALL } else { &Self::ALL[1..] }
+        if is_inclined { &Self::ALL } else { &Self::OF_LEVEL_SOLES }
     }
 
     /// The next level, which leaves more.
     pub fn next(self) -> Option<Self> {
         match self {
             Self::Inclined => Some(Self::Full),
-            Self::Full => Some(Self::NarrowSole),
+            Self::Full => Some(Self::Steep),
+            Self::Steep => Some(Self::NarrowSole),
             Self::NarrowSole => Some(Self::Bare),
             Self::Bare => Some(Self::Unsupported),
             Self::Unsupported => None,
@@ -128,16 +137,26 @@ impl Level {
     pub fn cop_margin(self, width: f64) -> f64 {
         match self {
             Self::Inclined => Self::Full.cop_margin(width) + COP_MARGIN_INCLINED,
-            Self::Full => COP_MARGIN_MIN.max(COP_WIDTH_SHARE * width),
+            Self::Full | Self::Steep => COP_MARGIN_MIN.max(COP_WIDTH_SHARE * width),
             Self::NarrowSole => RELAXED_COP_MARGINS[0],
             Self::Bare | Self::Unsupported => RELAXED_COP_MARGINS[1],
+        }
+    }
+
+    /// Friction of this coefficient on a sole with these axes.
+    pub fn friction(self, axes: &DMat3, coefficient: f64) -> FrictionPyramid {
+        if self > Self::Full && axes.z_axis.z < INCLINED_COSINE {
+            let up = axes.transpose() * DVec3::Z;
+            FrictionPyramid::with_eight_sides(coefficient, up.truncate())
+        } else {
+            FrictionPyramid::with_four_sides(coefficient)
         }
     }
 
     /// Largest efforts.
     pub fn efforts(self, limits: &TimingLimits) -> &[f64; JOINTS_MAX] {
         match self {
-            Self::Inclined | Self::Full | Self::NarrowSole => &limits.efforts,
+            Self::Inclined | Self::Full | Self::Steep | Self::NarrowSole => &limits.efforts,
             Self::Bare | Self::Unsupported => &limits.full_efforts,
         }
     }

@@ -7,7 +7,7 @@
 /// Most rows.
 pub const ROWS_MAX: usize = 72;
 /// Most variables.
-pub const VARIABLES_MAX: usize = 160;
+pub const VARIABLES_MAX: usize = 288;
 /// The column of the right side. Variable `v` has column `v + 1`, slacks follow the variables.
 const RIGHT: usize = 0;
 /// The right side, variables, and the slack of every row.

@@ -311,6 +311,7 @@ mod tests {
 
     use super::*;
     use crate::constraints::foothold::Ground;
+    use crate::timing::friction_pyramid::FrictionPyramid;
 
     /// A level foot that is supported over this half of its width.
     fn foot(limb: usize, y: f64, half: f64) -> FootSupport {
@@ -323,7 +324,7 @@ mod tests {
                 .collect(),
             twist_arm: 0.1,
             axes: glam::DMat3::IDENTITY,
-            friction: 0.6,
+            friction: FrictionPyramid::with_four_sides(0.6),
         }
     }
 

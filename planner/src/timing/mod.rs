@@ -4,6 +4,7 @@ mod border;
 mod contact_bounds;
 pub mod contact_rates;
 mod force_exchange;
+mod friction_pyramid;
 pub mod ground;
 mod leg_relief;
 pub mod limit;

@@ -5,12 +5,9 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::polygon::cross;
 use crate::timing::support::FootSupport;
-use crate::timing::tuning::FRICTION_ALONG_AXIS;
 
 /// How far the share of a corner may be below 0 by rounding: of a sole, less than 1 um.
 const SHARE_ROUNDING: f64 = 1e-6;
-/// How far a force may be beyond friction by rounding, relative.
-const FRICTION_ROUNDING: f64 = 1e-9;
 /// Rounding of the corners of a rectangle, m.
 const SIDES_ROUNDING: f64 = 1e-9;
 /// Least mean squared distance (m2) of the corners from the centre of pressure that bears a moment.
@@ -31,20 +28,19 @@ pub(crate) fn holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
     if spread < SPREAD_MIN {
         return false;
     }
-    let limit = foot.friction * FRICTION_ALONG_AXIS * force.z * (1.0 + FRICTION_ROUNDING);
     arms.iter().all(|(share, arm)| {
         let tangent = force.truncate() + arm.perp() * (turning / spread);
-        *share == 0.0 || tangent.abs().max_element() <= limit
+        *share == 0.0 || foot.friction.holds(tangent, force.z)
     })
 }
 
 /// Whether any forces at the corners of a foot whose polygon is a rectangle along its axes bear a
-/// wrench: a force (N) and a moment about the foot's centre (N m) [Caron et al. 2015]. Not known of
-/// other polygons.
+/// wrench: a force (N) and a moment about the foot's centre (N m), by friction along both axes
+/// [Caron et al. 2015]. Not known of other polygons.
 pub(crate) fn rectangle_holds(foot: &FootSupport, force: DVec3, moment: DVec3) -> bool {
     let Some(half) = half_sides(&foot.polygon) else { return false };
     let (force, moment) = (foot.axes.transpose() * force, foot.axes.transpose() * moment);
-    let friction = foot.friction * FRICTION_ALONG_AXIS;
+    let friction = foot.friction.along_axes();
     let twist_max = friction * (half.x + half.y) * force.z;
     let used = |sign: f64| {
         let along = half.y * force.x - sign * friction * moment.x;

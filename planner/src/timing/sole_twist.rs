@@ -27,7 +27,7 @@ pub(crate) fn clip(dynamics: &PathDynamics, support: &Support, rates: &mut RateS
                 (about_z, turn),
                 (across_x, across.x + turn * center.y),
                 (across_y, across.y - turn * center.x),
-                (press, -LIMITS_PART * foot.friction),
+                (press, -LIMITS_PART * foot.friction.coefficient),
             ];
             let of = |part: fn(&Affine) -> DVec2| -> DVec2 {
                 sum.iter().map(|(affine, weight)| part(affine) * *weight).sum()
@@ -51,13 +51,14 @@ pub(crate) fn load(support: &Support, (force, moment): (DVec3, DVec3)) -> f64 {
     let pressure = DVec2::new(-moment.y, moment.x) / force.z;
     let twist = moment.z - pressure.perp_dot(force.truncate());
     let across = force.truncate().abs().max_element();
-    (across + twist.abs() / foot.twist_arm) / (foot.friction * force.z)
+    (across + twist.abs() / foot.twist_arm) / (foot.friction.coefficient * force.z)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::robot::inverse_dynamics::{GeneralizedForce, LinkFrames};
+    use crate::timing::friction_pyramid::FrictionPyramid;
     use crate::timing::support::FootSupport;
 
     /// A level sole of 0.2 m x 0.08 m whose load rests 3 cm before its centre.
@@ -69,7 +70,7 @@ mod tests {
             polygon: corners.map(DVec2::from).into_iter().collect(),
             twist_arm: 0.04,
             axes: glam::DMat3::IDENTITY,
-            friction: 0.5,
+            friction: FrictionPyramid::with_four_sides(0.5),
         };
         let torques = [0.0; surefoot_shared_types::base::limits::JOINTS_MAX];
         let effort = |force, moment| GeneralizedForce { force, moment, torques };

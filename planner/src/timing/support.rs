@@ -7,11 +7,11 @@ use surefoot_shared_types::message::Contact;
 
 use crate::constraints::foothold::Ground;
 use crate::geometry::polygon::{least_width, outward_sides};
+use crate::timing::friction_pyramid::FrictionPyramid;
 use crate::timing::limits::Level;
 use crate::timing::path_point::PathSpan;
 use crate::timing::tuning::{
-    FRICTION_ALONG_AXIS, INCLINED_COSINE, TWIST_ARM_SHARE, TWIST_ARM_SHARE_INCLINED,
-    TWIST_ARM_SHARE_ROUGH,
+    INCLINED_COSINE, TWIST_ARM_SHARE, TWIST_ARM_SHARE_INCLINED, TWIST_ARM_SHARE_ROUGH,
 };
 
 /// A polygon of a sole, m.
@@ -46,8 +46,8 @@ pub struct FootSupport {
     pub twist_arm: f64,
     /// Axes of the sole in the world.
     pub axes: DMat3,
-    /// Coefficient of friction.
-    pub friction: f64,
+    /// What friction holds.
+    pub friction: FrictionPyramid,
 }
 
 /// The stance feet of a span at each of its levels.
@@ -72,8 +72,8 @@ impl SpanSupports {
 
     /// The feet at a level; at the last one where no contact forces are known.
     pub fn at(&self, level: Level) -> &Support {
-        let place = (level as usize).saturating_sub(self.levels[0] as usize);
-        &self.supports[place.min(self.supports.len() - 1)]
+        let place = self.levels.iter().position(|at| *at >= level);
+        &self.supports[place.unwrap_or(self.supports.len() - 1)]
     }
 }
 
@@ -108,19 +108,16 @@ impl FootSupport {
             polygon,
             twist_arm: width.max(WIDTH_MIN) * twist_arm_share(ground, axes.z_axis),
             axes,
-            friction,
+            friction: level.friction(&axes, friction),
         }
     }
 
     /// Points of the world and forces of which every force and moment of the contact is a sum with
     /// factors that are not negative.
     pub fn generators(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
-        let tangent = self.friction * FRICTION_ALONG_AXIS;
-        let forces = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
-            .map(|(x, y)| self.axes * DVec3::new(x * tangent, y * tangent, 1.0));
         self.polygon.iter().flat_map(move |corner| {
             let point = self.center + self.axes * corner.extend(0.0);
-            forces.map(|force| (point, force))
+            self.friction.edges().map(move |edge| (point, self.axes * edge.extend(1.0)))
         })
     }
 }
@@ -198,7 +195,7 @@ pub(super) mod example_feet {
             polygon: polygon.into_iter().collect(),
             twist_arm: 0.05,
             axes: DMat3::from_rotation_x(tilt),
-            friction: 0.6,
+            friction: FrictionPyramid::with_four_sides(0.6),
         }
     }
 

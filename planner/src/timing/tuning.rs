@@ -74,10 +74,6 @@ pub(crate) const TWIST_ARM_SHARE_INCLINED: f64 = 0.25;
 /// The same on a mesh whose corners are near each other. With 0.5 Talos turns on one of quads of
 /// 5 cm whose corners are 0.4 mm high or low, and ends 0.2 m beside its path.
 pub(crate) const TWIST_ARM_SHARE_ROUGH: f64 = 0.1;
-/// The largest force along each of two axes of a sole, as a share of friction times load. A pyramid
-/// with these four sides lies inside a pyramid with eight sides inside the friction cone, as the
-/// controller's, whichever way that is turned: cos(pi / 8) / sqrt(2).
-pub(crate) const FRICTION_ALONG_AXIS: f64 = 0.653_281_482_438_188_2;
 /// The unit of moments in the balance of contacts, as a length, m.
 pub(crate) const MOMENT_ARM: f64 = 0.1;
 /// Directions in which the border of a set of rates is sought, beside the first ones.

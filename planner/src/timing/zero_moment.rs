@@ -158,7 +158,7 @@ impl ContactGround {
     /// The region of a level, `extra` (m) further inside.
     pub fn region(&self, level: Level, extra: f64) -> ZeroMomentRegion<'_> {
         let share = match level {
-            Level::Inclined | Level::Full | Level::NarrowSole => 1.0,
+            Level::Inclined | Level::Full | Level::Steep | Level::NarrowSole => 1.0,
             Level::Bare | Level::Unsupported => ZERO_MOMENT_BARE_SHARE,
         };
         let margin = self.checked + share * self.reserve + extra;
