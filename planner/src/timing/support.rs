@@ -58,8 +58,8 @@ pub(crate) struct SpanSupports {
 }
 
 impl SpanSupports {
-    /// The contacts of a span at some levels, the strictest first and each followed by its next
-    /// one; the centre of pressure is `extra` (m) further inside than at a level.
+    /// The contacts of a span at some levels, the strictest first; the centre of pressure is
+    /// `extra` (m) further inside than at a level.
     pub fn new(span: &PathSpan, levels: &'static [Level], extra: f64, friction: f64) -> Self {
         let support = |&level: &Level| Support::new(span, level, extra, friction);
         Self { levels, supports: levels.iter().map(support).collect() }
@@ -70,7 +70,8 @@ impl SpanSupports {
         self.levels
     }
 
-    /// The feet at a level; at the last one where no contact forces are known.
+    /// The feet at a level, or at the next one of these levels; at the last one where no contact
+    /// forces are known.
     pub fn at(&self, level: Level) -> &Support {
         let place = self.levels.iter().position(|at| *at >= level);
         &self.supports[place.unwrap_or(self.supports.len() - 1)]
