@@ -8,8 +8,6 @@ use heapless::Vec as BoundedVec;
 
 /// cos(pi / 8).
 const COS_EIGHTH: f64 = 0.923_879_532_511_286_7;
-/// The force along an edge, as a share of friction times load: that of a side of the outer pyramid.
-const ALONG_EDGE: f64 = COS_EIGHTH;
 /// Most edges.
 pub(crate) const EDGES_MAX: usize = 8;
 /// How far a force may be beyond friction by rounding, relative.
@@ -20,8 +18,6 @@ const ROUNDING: f64 = 1e-9;
 pub struct FrictionPyramid {
     /// Coefficient of friction.
     pub coefficient: f64,
-    /// Largest force along an edge.
-    along_edge: f64,
     /// Directions of the edges: corners of a regular polygon, counter-clockwise.
     directions: BoundedVec<DVec2, EDGES_MAX>,
     /// Distance of its sides from its middle.
@@ -37,7 +33,6 @@ impl FrictionPyramid {
         let directions = corners.into_iter().map(|(x, y)| FRAC_1_SQRT_2 * DVec2::new(x, y));
         Self {
             coefficient,
-            along_edge: coefficient * ALONG_EDGE,
             directions: directions.collect(),
             side_distance: FRAC_1_SQRT_2,
             along_both: FRAC_1_SQRT_2,
@@ -52,16 +47,21 @@ impl FrictionPyramid {
         let half = [edge, between, edge.perp(), between.perp()];
         Self {
             coefficient,
-            along_edge: coefficient * ALONG_EDGE,
             directions: half.into_iter().chain(half.map(|edge| -edge)).collect(),
             side_distance: COS_EIGHTH,
             along_both: COS_EIGHTH * FRAC_1_SQRT_2,
         }
     }
 
+    /// Largest force along an edge, by unit of force across the sole: that along a side of the
+    /// outer pyramid.
+    fn along_edge(&self) -> f64 {
+        self.coefficient * COS_EIGHTH
+    }
+
     /// The forces along its edges, by unit of force across the sole.
     pub fn edges(&self) -> impl Iterator<Item = DVec2> + '_ {
-        self.directions.iter().map(|direction| self.along_edge * direction)
+        self.directions.iter().map(|direction| self.along_edge() * direction)
     }
 
     /// Its sides: outward normals, and the largest force along each by unit of force across the
@@ -70,12 +70,12 @@ impl FrictionPyramid {
         let next = self.directions.iter().cycle().skip(1);
         let normals = self.directions.iter().zip(next);
         let normals = normals.map(|(a, b)| (a + b) * (0.5 / self.side_distance));
-        normals.map(|normal| (normal, self.side_distance * self.along_edge))
+        normals.map(|normal| (normal, self.side_distance * self.along_edge()))
     }
 
     /// Largest force along each axis at once, by unit of force across the sole.
     pub fn along_axes(&self) -> f64 {
-        self.along_both * self.along_edge
+        self.along_both * self.along_edge()
     }
 
     /// Largest force along a direction, by unit of force across the sole.
@@ -86,7 +86,7 @@ impl FrictionPyramid {
     /// Whether it holds a force along the sole (N) at a force across it (N), which is not negative.
     pub fn holds(&self, force: DVec2, press: f64) -> bool {
         let most = press * (1.0 + ROUNDING);
-        let inside = self.side_distance * self.along_edge * press;
+        let inside = self.side_distance * self.along_edge() * press;
         force.length_squared() <= inside * inside
             || self.sides().all(|(normal, offset)| normal.dot(force) <= offset * most)
     }

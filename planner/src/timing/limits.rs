@@ -121,18 +121,6 @@ impl Level {
         if is_inclined { &Self::ALL } else { &Self::OF_LEVEL_SOLES }
     }
 
-    /// The next level, which leaves more.
-    pub fn next(self) -> Option<Self> {
-        match self {
-            Self::Inclined => Some(Self::Full),
-            Self::Full => Some(Self::Steep),
-            Self::Steep => Some(Self::NarrowSole),
-            Self::NarrowSole => Some(Self::Bare),
-            Self::Bare => Some(Self::Unsupported),
-            Self::Unsupported => None,
-        }
-    }
-
     /// Least distance (m) of the centre of pressure from the edge of a sole of this width (m).
     pub fn cop_margin(self, width: f64) -> f64 {
         match self {

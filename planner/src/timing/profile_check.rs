@@ -223,7 +223,7 @@ impl ProfileCheck<'_> {
             let standing = load(&sample.rested());
             let at = (sample, rates.speed);
             let stays = standing < 1.0 && robot.can_start_at(memory, contacts, level, at);
-            if let Some(next) = level.next().filter(|_| !stays) {
+            if let Some(next) = contacts.supports.next(level).filter(|_| !stays) {
                 level = next;
                 continue;
             }

@@ -70,6 +70,13 @@ impl SpanSupports {
         self.levels
     }
 
+    /// The next level after one, which leaves more: one of these, or that at which no contact
+    /// forces are known.
+    pub fn next(&self, level: Level) -> Option<Level> {
+        let known = self.levels.iter().copied().find(|at| *at > level);
+        known.or((level < Level::Unsupported).then_some(Level::Unsupported))
+    }
+
     /// The feet at a level, or at the next one of these levels; at the last one where no contact
     /// forces are known.
     pub fn at(&self, level: Level) -> &Support {
@@ -234,6 +241,20 @@ mod tests {
         );
         let narrow = inset(&sole, 0.08);
         assert!(narrow.iter().all(|p| (p.y.abs() - 0.01).abs() < 1e-12), "half of the margin");
+    }
+
+    #[test]
+    fn soles_go_through_their_own_levels() {
+        let after_full = |is_inclined: bool| {
+            let levels = Level::levels(is_inclined);
+            let supports = SpanSupports { levels, supports: BoundedVec::new() };
+            let mut level = Level::Full;
+            let next = move || supports.next(level).inspect(|next| level = *next);
+            std::iter::from_fn(next).collect::<Vec<_>>()
+        };
+        let level = [Level::NarrowSole, Level::Bare, Level::Unsupported];
+        assert_eq!(after_full(false), level);
+        assert_eq!(after_full(true), [&[Level::Steep], &level[..]].concat());
     }
 
     #[test]

@@ -75,7 +75,7 @@ pub(crate) struct PointLimits {
 pub(crate) struct SpanContacts<'a> {
     pub span: &'a PathSpan,
     pub ground: ContactGround,
-    supports: SpanSupports,
+    pub supports: SpanSupports,
     /// Distance (m) by which the centre of pressure stays further inside than at a level.
     extra: f64,
     /// Whether a stance sole is inclined, or stands on uneven ground.
