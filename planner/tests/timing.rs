@@ -583,3 +583,28 @@ fn on_one_foot_the_torques_of_a_change_of_the_rate_are_not_cut_off_at_the_limits
     }
     assert!(are_cut > 10, "{are_cut}");
 }
+
+/// The largest change of a torque on two feet where the rate changes by 1 1/s, as a share of its
+/// limit, for a robot whose limits are so many times those of hubo.
+fn largest_change_on_two_feet(efforts: f64) -> f64 {
+    let mut model = hubo();
+    model.joints.iter_mut().for_each(|joint| joint.effort *= efforts);
+    let walk = smooth_walk(&model, 4, 0.12);
+    let spans = timed(&mut timing_of(&model, &walk), &walk);
+    let mut largest = 0.0_f64;
+    for (span, waypoints) in walk.spans.iter().zip(&spans) {
+        for waypoint in waypoints.iter().filter(|_| span.contacts.len() == 2) {
+            for (joint, torque) in model.joints.iter().zip(&waypoint.rate_change_torque) {
+                largest = largest.max(torque.abs() / joint.effort);
+            }
+        }
+    }
+    largest
+}
+
+#[test]
+fn on_two_feet_a_change_of_the_rate_asks_for_moderate_torques() {
+    // With these limits the feet exchange forces at most of the rates.
+    let largest = largest_change_on_two_feet(0.3);
+    assert!(largest > 0.05 && largest < 0.15, "{largest}");
+}

@@ -70,6 +70,14 @@ impl LoadSchedule {
         Self { start: share_beside(contacts_before), end: share_beside(contacts_after) }
     }
 
+    /// How far the load is away from the schedule's ends at `progress` (0 to 1): 0 where a foot has
+    /// none, 1 in the middle.
+    pub fn freedom(&self, progress: f64) -> f64 {
+        let from =
+            |end: Option<f64>, distance: f64| end.map_or(1.0, |_| smooth_step(distance / HANDOVER));
+        from(self.start, progress) * from(self.end, 1.0 - progress)
+    }
+
     /// The scheduled share at `progress` (0 to 1), where `free` is the share that balances best.
     fn share(&self, progress: f64, free: f64) -> f64 {
         let towards = |end: Option<f64>, distance: f64| match end {

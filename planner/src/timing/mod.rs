@@ -3,6 +3,7 @@
 mod border;
 mod contact_bounds;
 pub mod contact_rates;
+mod feed_forward;
 mod force_exchange;
 mod friction_pyramid;
 pub mod ground;

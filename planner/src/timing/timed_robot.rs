@@ -2,7 +2,6 @@
 //! motion, and its torques.
 
 use glam::{DVec2, DVec3};
-use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::message::{Contact, Waypoint};
@@ -13,15 +12,15 @@ use crate::constraints::foothold::Ground;
 use crate::geometry::polygon::area_and_centroid;
 use crate::robot::inverse_dynamics::{GeneralizedForce, InverseDynamics, LinkFrames, VELOCITY_MAX};
 use crate::timing::contact_rates::{ContactProblem, ContactRates, soles_hold};
-use crate::timing::leg_relief::relieve_legs;
+use crate::timing::feed_forward::FeedForward;
 use crate::timing::limit::Limit;
 use crate::timing::limits::{Level, TimingLimits};
-use crate::timing::load_sharing::{LoadSchedule, share_load};
+use crate::timing::load_sharing::LoadSchedule;
 use crate::timing::path_dynamics::{Chains, PathDynamics, PathState, bears_all, joint_rates};
 use crate::timing::path_point::{PathPoint, PathSpan};
 use crate::timing::rate_set::RateSet;
 use crate::timing::sole_twist;
-use crate::timing::support::{FootWrench, SpanSupports, Support, supported_part};
+use crate::timing::support::{SpanSupports, Support, supported_part};
 use crate::timing::tuning::{
     CARRIED_DOUBT, INCLINED_COSINE, LANDING_SPEED_BY_DISTANCE, LANDING_SPEED_INCLINED, LIMITS_PART,
     REST_ACCELERATION, SLICK_FRICTION, STANCE_SPEEDS_MAX, TOUCHDOWN_SPEED_MAX, UNSUPPORTED_RATE,
@@ -508,55 +507,12 @@ impl TimedRobot {
         let root = waypoint.world_from_root();
         let state = PathState { root: &root, q: &waypoint.q, first: &first, second: &second };
         memory.dynamics.write(&self.dynamics, &state, GRAVITY);
-        let support = Support::new(span, level, 0.0, self.limits.friction);
-        let problem = self.problem(&memory.dynamics, &support, level, 1.0);
-        let is_one_foot = support.feet.len() == 1;
-        let bare = || Support::new(span, Level::Bare, 0.0, self.limits.friction);
-        let bare = (!is_one_foot).then(bare);
-        let torques = |rate: DVec2| self.torques((&problem, bare.as_ref()), at, rate);
-        let within_limits = |rate: DVec2| self.limits.within_full_efforts(torques(rate));
-        // Those of one foot change evenly with the rate, beyond the limits, too.
-        let changed = |rate: DVec2| if is_one_foot { torques(rate) } else { within_limits(rate) };
-        let [slower, faster] = [-DVec2::Y, DVec2::Y].map(changed);
-        waypoint.torque = within_limits(DVec2::X);
-        waypoint.rest_torque = within_limits(DVec2::ZERO);
-        waypoint.rate_change_torque =
-            std::array::from_fn(|joint| 0.5 * (faster[joint] - slower[joint]));
-    }
-
-    /// The feed-forward torques at a rate along the path, with the load shared by a schedule.
-    fn torques(
-        &self,
-        (problem, bare): (&ContactProblem<'_>, Option<&Support>),
-        at: (&LoadSchedule, f64),
-        rate: DVec2,
-    ) -> [f64; JOINTS_MAX] {
-        let ContactProblem { dynamics, support, .. } = problem;
-        let excess = |wrenches: &[FootWrench; 2]| problem.leg_load(rate, wrenches);
-        let wrenches = share_load(support, dynamics.wrench_at(rate), at, excess);
-        let wrenches = self.relieved(problem, bare, rate, wrenches);
-        let mut torques = std::array::from_fn(|joint| dynamics.torque(joint).at(rate));
-        for (foot, (force, moment)) in support.feet.iter().zip(&wrenches) {
-            for &joint in &self.chains[foot.limb] {
-                torques[joint] -=
-                    dynamics.frames.torque_of_wrench(joint, *force, *moment, foot.center);
-            }
-        }
-        torques
-    }
-
-    /// The wrenches of two feet that both legs and both soles exert; those of one foot stay.
-    fn relieved(
-        &self,
-        problem: &ContactProblem<'_>,
-        bare: Option<&Support>,
-        rate: DVec2,
-        wrenches: BoundedVec<FootWrench, 2>,
-    ) -> BoundedVec<FootWrench, 2> {
-        let (Some(bare), &[first, second]) = (bare, &wrenches[..]) else { return wrenches };
-        let centers = [0, 1].map(|at| problem.support.feet[at].center);
-        let whole = self.problem(problem.dynamics, bare, Level::Bare, 1.0);
-        relieve_legs(&whole, rate, [first, second], centers).into_iter().collect()
+        let [support, bare] =
+            [level, Level::Bare].map(|level| Support::new(span, level, 0.0, self.limits.friction));
+        let [problem, bare] = [(&support, level), (&bare, Level::Bare)]
+            .map(|(support, level)| self.problem(&memory.dynamics, support, level, 1.0));
+        let bare = (support.feet.len() > 1).then_some(bare);
+        FeedForward { limits: &self.limits, problem, bare, at }.write(waypoint);
     }
 
     /// Writes the dynamics of a motion at one instant: all of it is the constant part.
