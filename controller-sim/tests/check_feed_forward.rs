@@ -131,6 +131,37 @@ fn torques_at_an_end_count_unless_the_other_foot_touches_the_ground() {
 }
 
 #[test]
+fn torques_of_an_executed_walk_are_those_of_its_motion_or_of_a_stop() {
+    let lifted = smooth_swing(0.2, 1.0, 6).into_iter().map(|mut waypoint| {
+        waypoint.q[1] = 0.4;
+        waypoint
+    });
+    let one_foot = with_torques(light(), &[contact(0)], lifted.collect());
+    let two_feet = with_torques(robot(), &both_feet(), smooth_swing(0.3, 1.0, 6));
+    let left = (SupportMode::Left, vec![contact(0)]);
+    let double = (SupportMode::Double, both_feet().to_vec());
+    // Of 200 N m of the shoulder 30 may differ on one foot, and 120 on two.
+    let cases = [(light(), one_foot, left, 30.0), (robot(), two_feet, double, 120.0)];
+    for (robot, sound, (mode, contacts), most) in cases {
+        let mut checker = Checker::new(robot, world(vec![]), CheckerConfig::default())
+            .unwrap()
+            .with_stops_in_motion();
+        let mut check = |size: f64| {
+            let motion = changed(&sound, 3, |at| &mut at.torque[SHOULDER], size);
+            let (waypoints, course) = (&motion[..], Course::Smooth(&[]));
+            let segment = MotionSegment { mode, contacts: &contacts, waypoints, course };
+            checker.check_segment(&segment, &mut || {})
+        };
+        for size in [0.0, 0.97 * most, -0.97 * most] {
+            check(size).unwrap();
+        }
+        for size in [1.03 * most, -1.03 * most] {
+            refused(check(size), Check::DynamicTorque, "explain the feed-forward");
+        }
+    }
+}
+
+#[test]
 fn torques_of_a_change_of_the_rate_are_compared_on_one_foot_and_bounded_on_two() {
     let sound = with_torques(light(), &[contact(0)], smooth_swing(0.2, 1.0, 6));
     check_on_one_foot(&sound, &[STOP]).unwrap();

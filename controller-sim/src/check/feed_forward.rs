@@ -15,7 +15,8 @@ use surefoot_shared_types::robot::model::{Joint, RobotModel};
 use crate::base::comparison::{is_at_most, largest};
 use crate::check::segment::{Case, Violation};
 use crate::check::tuning::{
-    FEED_FORWARD_OFF_MAX, SHARED_OFF_MAX, STOP_CHANGE, STOP_OFF_MAX, STOP_USE_MAX,
+    FEED_FORWARD_OFF_MAX, SHARED_OFF_MAX, SHARED_STOP_OFF_MAX, STOP_CHANGE, STOP_OFF_MAX,
+    STOP_USE_MAX,
 };
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::statics::equilibrium::Generator;
@@ -33,7 +34,7 @@ pub(crate) struct Carriers<'a> {
 
 /// Whether the feed-forward torques that a motion states are within the effort limits, and some
 /// contact forces move the robot as planned with them. A motion without torques states none; one
-/// that was executed (`is_executed`) has stops in it, and only the limits count.
+/// that was executed (`is_executed`) has stops in it, and stands anywhere between two motions.
 ///
 /// # Errors
 /// The first instant whose torques no contact forces explain.
@@ -55,14 +56,12 @@ pub(crate) fn check_feed_forward(
     for at in (0..knots.len()).filter(is_received) {
         let (index, instant) = &knots[at];
         let is_end = at == 0 || at + 1 == knots.len();
-        let is_handed_over = is_end && stance.len() == 1 && (carriers.touches)(instant);
-        let checked = if is_executed {
-            check_sizes(model, instant)
-        } else if is_handed_over {
+        let may_hand_over = (is_end || is_executed) && stance.len() == 1;
+        let checked = if may_hand_over && (carriers.touches)(instant) {
             check_sizes(model, instant).and_then(|()| stated.check_at(instant))
         } else {
-            let standing = StandingFeet { model, generators: carriers.generators, stance: &stance };
-            standing.check(instant, &stated)
+            let generators = carriers.generators;
+            StandingFeet { model, generators, stance: &stance, is_executed }.check(instant, &stated)
         };
         checked.map_err(|detail| Violation::new(Check::DynamicTorque, *index, detail))?;
     }
@@ -83,8 +82,7 @@ pub(crate) fn check_going_on(
     generators: &[Generator],
     instant: &Waypoint,
 ) -> Result<(), Violation> {
-    let standing = StandingFeet { model, generators, stance };
-    standing
+    StandingFeet { model, generators, stance, is_executed: false }
         .check(instant, &Stated::by([instant].into_iter()))
         .map_err(|detail| Violation::new(Check::DynamicTorque, 0, detail))
 }
@@ -150,6 +148,8 @@ struct StandingFeet<'a> {
     model: &'a RobotModel,
     generators: &'a [Generator],
     stance: &'a [usize],
+    /// Whether the robot may be in a stop.
+    is_executed: bool,
 }
 
 impl StandingFeet<'_> {
@@ -158,14 +158,19 @@ impl StandingFeet<'_> {
     fn check(&self, instant: &Waypoint, stated: &Stated) -> Result<(), String> {
         check_sizes(self.model, instant)?;
         let is_on_one_foot = self.stance.len() == 1;
-        let off_max = if is_on_one_foot { FEED_FORWARD_OFF_MAX } else { SHARED_OFF_MAX };
+        let off_max = match (is_on_one_foot, self.is_executed) {
+            (true, false) => FEED_FORWARD_OFF_MAX,
+            (true, true) => STOP_OFF_MAX,
+            (false, false) => SHARED_OFF_MAX,
+            (false, true) => SHARED_STOP_OFF_MAX,
+        };
         if stated.moving {
             self.check_torques(instant, &instant.torque, off_max)?;
         }
         if stated.resting {
             self.check_torques(&instant.rested(), &instant.rest_torque, off_max)?;
         }
-        if stated.moving && stated.changing && is_on_one_foot {
+        if stated.moving && stated.changing && is_on_one_foot && !self.is_executed {
             let mut braking = *instant;
             let rates = braking.root_acceleration.iter_mut().zip(&instant.root_velocity);
             let joints = braking.joint_acceleration.iter_mut().zip(&instant.joint_velocity);
@@ -186,7 +191,7 @@ impl StandingFeet<'_> {
         torques: &[f64; JOINTS_MAX],
         off_max: f64,
     ) -> Result<(), String> {
-        let Self { model, generators, stance } = *self;
+        let Self { model, generators, stance, .. } = *self;
         let posture = Posture::new(model, &Configuration::of_waypoint(instant, model.joints.len()));
         let dynamics = InverseDynamics::new(model, &posture, instant).less(torques);
         let missing = match *stance {

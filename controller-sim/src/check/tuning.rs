@@ -32,6 +32,9 @@ pub(crate) const FEED_FORWARD_OFF_MAX: f64 = 0.05;
 pub(crate) const SHARED_OFF_MAX: f64 = 0.15;
 /// The same on one foot where the rate of plan time changes by [`STOP_CHANGE`]. Plans need 0.09.
 pub(crate) const STOP_OFF_MAX: f64 = 0.15;
+/// The same on two feet in a walk as it was executed, where the torques of a stop are not those of
+/// one way to share the load. Walks need 0.41.
+pub(crate) const SHARED_STOP_OFF_MAX: f64 = 0.6;
 /// The change of the rate of plan time at which its torques are compared, 1/s: that of a stop
 /// within half a second.
 pub(crate) const STOP_CHANGE: f64 = 4.0;

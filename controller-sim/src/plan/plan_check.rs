@@ -221,8 +221,8 @@ fn with_stops_of(
     if plan.executed {
         checker = checker.with_stops_in_motion();
         notes.push(
-            "a walk as it was executed, with its stops: of its feed-forward torques only the size \
-             is checked"
+            "a walk as it was executed, with its stops: its feed-forward torques are checked less \
+             closely than those of a plan"
                 .to_owned(),
         );
     }
