@@ -124,7 +124,7 @@ fn plans_changed_at_random_are_refused_where_the_change_is_large() {
     std::fs::create_dir(&out).unwrap();
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_surefoot"))
         .env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"))
-        .args(["bench", "mutations", "--plans", "138", "--json", "--out"])
+        .args(["bench", "mutations", "--plans", "168", "--json", "--out"])
         .arg(&out)
         .arg("--scenario")
         .arg(short_walk(folder.path()))
@@ -142,8 +142,8 @@ fn plans_changed_at_random_are_refused_where_the_change_is_large() {
         kinds.map(|kind| kind[field].as_u64().unwrap()).sum()
     };
     let accepted = report["accepted"].as_array().unwrap().len() as u64;
-    assert_eq!((total("changed"), total("changed") - total("refused")), (138, accepted), "{text}");
-    assert!(accepted > 10 && total("refused") > 69, "{text}");
+    assert_eq!((total("changed"), total("changed") - total("refused")), (168, accepted), "{text}");
+    assert!(accepted > 10 && total("refused") > 84, "{text}");
     // Each accepted plan is a file that the command checks again, with the same result.
     let files: Vec<PathBuf> =
         std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path()).collect();

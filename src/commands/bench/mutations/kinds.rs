@@ -1,7 +1,7 @@
 //! The kinds of changes.
 
 use super::subject::Subject;
-use super::{contact_changes, motion_changes, rate_changes, world_changes};
+use super::{contact_changes, motion_changes, rate_changes, torque_changes, world_changes};
 
 /// A kind of changes.
 pub(super) struct Kind {
@@ -31,7 +31,7 @@ const fn kind(
 }
 
 /// All kinds.
-pub(super) const KINDS: [Kind; 23] = [
+pub(super) const KINDS: [Kind; 28] = [
     kind(("bend", "rad"), [0.005, 2.0], NEVER, motion_changes::bend),
     kind(("offset", "rad"), [0.002, 1.0], NEVER, motion_changes::offset),
     kind(("sway", "m"), [0.0005, 0.3], 0.01, motion_changes::sway),
@@ -44,6 +44,11 @@ pub(super) const KINDS: [Kind; 23] = [
     kind(("velocity", "rad/s"), [0.01, 20.0], NEVER, rate_changes::velocity),
     kind(("acceleration", "rad/s2"), [0.5, 2000.0], NEVER, rate_changes::acceleration),
     kind(("brake", "times"), [1.05, 50.0], NEVER, rate_changes::brake),
+    kind(("torque", "N m"), [0.05, 500.0], NEVER, torque_changes::torque),
+    kind(("rest torque", "N m"), [0.05, 500.0], NEVER, torque_changes::rest_torque),
+    kind(("stop torque", "N m s"), [0.02, 200.0], NEVER, torque_changes::stop_torque),
+    kind(("all torques", "times"), [1.01, 10.0], 5.0, torque_changes::all_torques),
+    kind(("executed", "times"), [1.01, 10.0], 5.0, torque_changes::executed),
     kind(("move contact", "m"), [0.0005, 0.1], 0.004, contact_changes::move_contact),
     kind(("turn contact", "rad"), [0.0005, 0.2], 0.01, contact_changes::turn_contact),
     kind(("move phase", "waypoints"), [1.0, 30.0], NEVER, contact_changes::move_phase),

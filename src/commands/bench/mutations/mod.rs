@@ -8,4 +8,5 @@ pub mod mutations_bench;
 mod mutations_report;
 mod rate_changes;
 mod subject;
+mod torque_changes;
 mod world_changes;
